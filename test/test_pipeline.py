@@ -22,9 +22,14 @@ def pipeline(lag: int = 0) -> Pipeline:
     return Pipeline(config, small_bank())
 
 
-def run(lag: int = 0, frames: int = 16) -> list[FrameResult]:
+def started(lag: int = 0) -> Pipeline:
     pipe = pipeline(lag)
     pipe.initialize(box_of(clip()[0]))
+    return pipe
+
+
+def run(lag: int = 0, frames: int = 16) -> list[FrameResult]:
+    pipe = started(lag)
     results = []
     for frame in clip()[:frames]:
         results += pipe.update(frame.image, frame.stamp_ns)
@@ -46,8 +51,7 @@ def test_a_walker_is_segmented_from_the_first_box_alone() -> None:
 
 
 def test_a_lag_delays_but_loses_no_frame() -> None:
-    pipe = pipeline(lag=3)
-    pipe.initialize(box_of(clip()[0]))
+    pipe = started(lag=3)
     counts = [len(pipe.update(frame.image, frame.stamp_ns)) for frame in clip()[:8]]
     assert counts == [0, 0, 0, 1, 1, 1, 1, 1]
     assert len(pipe.flush()) == 3
@@ -69,8 +73,7 @@ def test_nobody_gives_empty_results() -> None:
 
 
 def test_bad_frames_leave_the_stream_going() -> None:
-    pipe = pipeline()
-    pipe.initialize(box_of(clip()[0]))
+    pipe = started()
     pipe.update(clip()[0].image, clip()[0].stamp_ns)
     with pytest.raises(InputError):
         pipe.update(clip()[1].image.astype(np.float32), clip()[1].stamp_ns)  # type: ignore[arg-type]
@@ -86,8 +89,7 @@ def test_late_frames_are_answered_and_change_nothing(lag: int) -> None:
     late = {n for k, n in enumerate(order) if n < max(order[: k + 1])}
     found = []
     for numbers in (order, [n for n in order if n not in late]):
-        pipe = pipeline(lag)
-        pipe.initialize(box_of(clip()[0]))
+        pipe = started(lag)
         results = []
         for n in numbers:
             results += pipe.update(clip()[n].image, clip()[n].stamp_ns)
@@ -112,8 +114,7 @@ def test_late_frames_are_answered_and_change_nothing(lag: int) -> None:
 
 
 def test_a_stamp_that_comes_again_is_ignored_whatever_the_image() -> None:
-    pipe = pipeline()
-    pipe.initialize(box_of(clip()[0]))
+    pipe = started()
     first, second, third = clip()[:3]
     assert pipe.update(first.image, first.stamp_ns)[0].mask.any()
     assert pipe.update(second.image, second.stamp_ns)[0].mask.any()
@@ -126,8 +127,7 @@ def test_a_stamp_that_comes_again_is_ignored_whatever_the_image() -> None:
 
 
 def test_time_that_begins_anew_with_a_frame_of_no_use_forgets_nobody() -> None:
-    pipe = pipeline()
-    pipe.initialize(box_of(clip()[0]))
+    pipe = started()
     frames = [(frame.image, frame.stamp_ns + 10**10) for frame in clip()[:4]]
     for image, stamp_ns in frames[:3]:
         pipe.update(image, stamp_ns)
@@ -140,8 +140,7 @@ def test_time_that_begins_anew_with_a_frame_of_no_use_forgets_nobody() -> None:
 
 
 def test_an_outer_likelihood_takes_the_place_of_the_trackers() -> None:
-    pipe = pipeline()
-    pipe.initialize(box_of(clip()[0]))
+    pipe = started()
     rng = np.random.default_rng(0)
     for frame in clip()[:6]:
         noisy = np.where(rng.random(frame.masks[0].shape) < 0.15, 128, frame.masks[0])
@@ -206,8 +205,7 @@ def test_callers_may_reuse_what_they_gave_and_write_to_what_they_got(lag: int) -
 
 @pytest.mark.parametrize('asked', [True, False])
 def test_results_can_be_had_before_they_are_learnt_from(asked: bool, monkeypatch) -> None:
-    pipe = pipeline()
-    pipe.initialize(box_of(clip()[0]))
+    pipe = started()
     learnt: list[int] = []
     learn = pipe.tracker.learn
     monkeypatch.setattr(

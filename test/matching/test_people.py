@@ -83,6 +83,18 @@ def test_a_frame_that_cannot_be_used_is_skipped_in_all_slots(threads: int) -> No
     assert one.stamp_ns == two.stamp_ns == clip(pan=0.0)[2].stamp_ns
 
 
+def test_an_error_that_no_door_refuses_leaves_no_slot_ahead_of_the_others(monkeypatch) -> None:
+    matcher = people(lag=1)
+    matcher.update(tracks(0, True, True), source_size=SIZE)
+    monkeypatch.setattr(matcher._slots[1], 'update', lambda *_, **__: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        matcher.update(tracks(1, True, True), source_size=SIZE)
+    monkeypatch.undo()
+    assert matcher.update(tracks(2, True, True), source_size=SIZE) == []
+    ((one, two),) = matcher.update(tracks(3, True, True), source_size=SIZE)
+    assert one.stamp_ns == two.stamp_ns == clip(pan=0.0)[2].stamp_ns
+
+
 def test_a_stamp_that_goes_back_needs_a_reset() -> None:
     matcher = people(lag=3)
     for index in (4, 5):

@@ -139,6 +139,8 @@ def test_a_jolt_counts_in_the_frame_that_shows_it() -> None:
     assert jolted > 0.6
     model.notice_jolt(np.rint(_stairs(0.0)).astype(np.uint8), nobody, every)
     assert model.misplacement == jolted, 'only what is learnt lowers it'
+    model.notice_jolt(np.rint(_stairs(1.2)).astype(np.uint8), nobody, every)
+    assert model.misplacement == jolted, 'drift is no jolt'
     model.notice_jolt(np.rint(_stairs(2.0)).astype(np.uint8), nobody + 255, every)
     assert model.misplacement == jolted, 'people are not the background'
 

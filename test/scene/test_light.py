@@ -75,21 +75,8 @@ def test_the_same_light_leaves_frames_as_they_are() -> None:
     assert (light.gain == 1).all()
 
 
-def test_bands_that_wander_are_undone() -> None:
-    light = Light()
-    rows = np.arange(SHAPE[0]) / SHAPE[0]
-    for number in range(25):
-        gain = 1 + 0.15 * np.sin(2 * np.pi * (1.5 * rows + 0.37 * number))
-        image = lit(scene(), gain[:, None, None] if number >= 10 else 1, number)
-        made = shown(light, image)
-        assert (light.wave is not None) == (number >= 10)
-        assert error(made, scene()) < 4
-    assert shown(light, scene()) is not None
-    assert light.wave is None
-
-
-@pytest.mark.parametrize(('width', 'known'), [(60, False), (100, True)])
-def test_bands_are_undone_behind_a_person(width: int, known: bool) -> None:
+@pytest.mark.parametrize(('width', 'known'), [(0, False), (60, False), (100, True)])
+def test_bands_that_wander_are_undone_also_behind_a_person(width: int, known: bool) -> None:
     light, people, columns = Light(), NOBODY.copy(), slice(40, 40 + width)
     people[60:, columns] = 255 if known else 0
     rows = np.arange(SHAPE[0]) / SHAPE[0]
@@ -102,6 +89,9 @@ def test_bands_are_undone_behind_a_person(width: int, known: bool) -> None:
         made = shown(light, lit(image, gain, number), people=people)
         assert (light.wave is not None) == (number >= 10)
         assert error(made, image) < 4
+    if width == 0:
+        shown(light, scene())
+        assert light.wave is None
 
 
 def test_what_changes_on_one_side_only_is_no_band() -> None:
@@ -182,6 +172,12 @@ def test_colours_that_go_are_told_and_leave_no_tint() -> None:
         assert light.faded
         assert np.ptp(made.astype(int), axis=2).max() <= 1
         assert error(made, gray) < 4
+    # Nor where nothing tells the light.
+    light = Light()
+    shown(light, warm)
+    shown(light, lit(warm, (1.1, 1, 0.9)))
+    other = np.repeat(cv2.cvtColor(scene(2), cv2.COLOR_BGR2GRAY)[..., None], 3, axis=2)
+    assert np.ptp(light.corrected(other, gray=True).astype(int), axis=2).max() <= 1
     made = shown(light, warm)
     assert not light.faded
     assert error(made, warm) < 4

@@ -24,7 +24,7 @@ def test_a_working_image_is_never_empty() -> None:
 
 
 def test_a_frame_outlives_the_buffer_it_came_from() -> None:
-    image = np.full((20, 30, 3), 200, np.uint8)
+    image = np.full((20, 30, 3), (180, 200, 220), np.uint8)
     frame = WorkingImage.of(image, 3, (20, 30))
     image[:] = 0
     assert frame.lab[..., 0].min() > 150

@@ -154,6 +154,9 @@ def test_at_a_side_bodies_go_on_beyond_the_border(left: bool) -> None:
     # Half of somebody seen from the front.
     box = Box(0 if left else 75, 10, 15, 100)
     hypothesis = fit(box, left=left, right=not left)[2]
+    # But not if nearly nothing of them would be in the image.
+    sliver = Box(0 if left else 86, 10, 4, 100)
+    assert fit(sliver, left=left, right=not left)[0].weight.max() < 0.1
     beyond = hypothesis.axis < 4 if left else hypothesis.axis > SHAPE[1] - 4
     assert hypothesis.weight[beyond].max() == hypothesis.weight.max()
     for template in laid(hypothesis)[beyond]:

@@ -151,6 +151,11 @@ class Told:
         self.tracker.learn(feedback)
         return results
 
+    def follow(self, path: Sequence[Figure], **options) -> list[TrackResult]:
+        """Start somebody at the beginning of a path; return what is said of them along it."""
+        self.start(path[0])
+        return [self.show(figure, **options)[0] for figure in path]
+
     def show(self, *figures: Figure, **options) -> list[TrackResult]:
         """Give a picture of some figures, from the farthest to the nearest."""
         return self.see(*picture(figures, **options))

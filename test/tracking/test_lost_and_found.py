@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.results import TrackResult
 from gait_segmentation.tracking.redetection import recover
 from test.tracking.figures import (
     BLUE,
@@ -37,8 +36,7 @@ def hidden_share(figure: Figure) -> float:
 def test_somebody_hidden_is_lost_and_found_again() -> None:
     told = Told()
     path = walk(Figure(40), 75)
-    told.start(path[0])
-    results = [told.show(figure, boards=[BOARD])[0] for figure in path]
+    results = told.follow(path, boards=[BOARD])
     shares = [hidden_share(figure) for figure in path]
     gone = [k for k, share in enumerate(shares) if share > 0.97]
     assert len(gone) >= 8
@@ -82,8 +80,7 @@ def test_somebody_who_has_walked_into_the_shade_is_found_again() -> None:
         for figure in walk(Figure(40), 75)
         for light in [float(np.interp(figure.x, (40, 120), (1.5, 0.5)))]
     ]
-    told.start(path[0])
-    results = [told.show(figure, boards=[BOARD])[0] for figure in path]
+    results = told.follow(path, boards=[BOARD])
     assert any(result.state == 'lost' for result in results)
     assert hidden_share(path[-10]) == 0
     assert all(result.state == 'tracked' for result in results[-10:])
@@ -92,9 +89,7 @@ def test_somebody_who_has_walked_into_the_shade_is_found_again() -> None:
 def test_somebody_who_turned_back_while_hidden_is_found_by_a_part_of_the_body() -> None:
     told = Told()
     path = [figure for figure in walk(Figure(40), 40) if hidden_share(figure) < 0.99]
-    told.start(path[0])
-    for figure in [*path, *[path[-1]] * 35]:
-        result = told.show(figure, boards=[BOARD])[0]
+    *_, result = told.follow([*path, *[path[-1]] * 35], boards=[BOARD])
     assert result.state == 'lost'
     for figure in walk(path[-1], 20, speed=-1.0):
         result = told.show(figure, boards=[BOARD])[0]
@@ -108,9 +103,7 @@ def test_somebody_who_turned_back_while_hidden_is_found_by_a_part_of_the_body() 
 def test_what_somebody_half_hidden_uncovers_is_learnt() -> None:
     told = Told()
     path = walk(Figure(108), 63, speed=0.5)
-    told.start(path[0])
-    for figure in path:
-        told.show(figure, boards=[BOARD])
+    told.follow(path, boards=[BOARD])
     assert 0.5 < hidden_share(path[-1]) < 0.95
     # Behind the coat or its rim until a quarter of it was hidden.
     column = 108
@@ -123,8 +116,7 @@ def test_what_somebody_half_hidden_uncovers_is_learnt() -> None:
 def test_a_track_ends_when_somebody_who_left_does_not_come_back() -> None:
     told = Told(patience=0.6)
     path = walk(Figure(230), 40, 4.0)
-    told.start(path[0])
-    results = [told.show(figure)[0] for figure in path] + [told.show()[0] for _ in range(20)]
+    results = told.follow(path) + [told.show()[0] for _ in range(20)]
     states = [result.state for result in results]
     assert states[0] == 'tracked'
     first_lost = states.index('lost')
@@ -138,9 +130,7 @@ def test_a_track_ends_when_somebody_who_left_does_not_come_back() -> None:
 def test_who_comes_back_soon_is_the_same_but_somebody_else_is_not(coat: tuple) -> None:
     told = Told(patience=3.0)
     out = walk(Figure(260), 25, 4.0)
-    told.start(out[0])
-    for figure in out:
-        told.show(figure)
+    told.follow(out)
     for _ in range(8):
         told.show()
     back = walk(Figure(350, coat), 30, -4.0)
@@ -176,9 +166,7 @@ def test_two_who_cross_keep_their_ids_and_share_the_pixels_out() -> None:
 def test_who_is_lost_is_sought_all_over_but_not_among_others(away: float, taken: bool) -> None:
     told = Told()
     path = walk(Figure(60), 12)
-    told.start(path[0])
-    for figure in path:
-        told.show(figure)
+    told.follow(path)
     (target,) = told.tracker._targets()
     target.lose()
     target.lost_s = 0.2
@@ -231,18 +219,10 @@ def test_who_is_hidden_walks_on_for_a_while_and_stops() -> None:
 # Input that is no good.
 
 
-def tracked(told: Told, path: list[Figure]) -> TrackResult:
-    told.start(path[0])
-    for figure in path:
-        (result,) = told.show(figure)
-    assert result.state == 'tracked'
-    return result
-
-
 def test_repeated_frames_change_nothing() -> None:
     told = Told()
     path = walk(Figure(60), 20)
-    before = tracked(told, path)
+    before = told.follow(path)[-1]
     for _ in range(10):
         (result,) = told.show(path[-1])
     assert result.box.iou(before.box) > 0.8
@@ -280,7 +260,7 @@ def test_a_camera_knocked_by_40_pixels_keeps_the_person(shift: tuple[int, int]) 
 def test_the_box_of_somebody_at_the_border_ends_there_and_the_body_does_not() -> None:
     told = Told()
     path = walk(Figure(270), 14)
-    result = tracked(told, path)
+    result = told.follow(path)[-1]
     assert result.box.right <= WIDTH
     assert result.body.right > result.box.right
 
@@ -331,9 +311,7 @@ def test_stamps_of_frames_that_arrive_together_do_not_tell_a_pace() -> None:
 def test_after_a_gap_somebody_is_found_near_where_they_were(gap: int, moved: int) -> None:
     told = Told()
     path = walk(Figure(60), 20)
-    told.start(path[0])
-    for figure in path:
-        told.show(figure)
+    told.follow(path)
     told.frames += gap
     for figure in walk(replace(path[-1], x=path[-1].x + moved), 6, speed=-1.0):
         (result,) = told.show(figure)

@@ -66,19 +66,12 @@ def test_people_of_one_size_share_a_world_and_others_have_their_own() -> None:
     first, second, third = (target.world for target in told.tracker._targets())
     assert first is second
     assert third is not first
+    for _ in range(2):
+        told.show(*people)
+    # Those of every world learn from their masks.
+    assert [len(world.pending) for world in (first, third)] == [0, 0]
     told.tracker.reset()
     assert told.tracker._worlds == []
-
-
-def test_people_of_every_world_learn_from_their_masks() -> None:
-    told = Told(slots=2, working_height=60)
-    people = (Figure(50, height=130.0), Figure(250, GREEN, height=60.0))
-    told.start(*people)
-    for _ in range(3):
-        told.show(*people)
-    worlds = [target.world for target in told.tracker._targets()]
-    assert worlds[0] is not worlds[1]
-    assert [len(world.pending) for world in worlds] == [0, 0]
 
 
 def test_one_bad_box_is_refused_and_the_others_start() -> None:
