@@ -80,6 +80,10 @@ def test_grades_are_believed_until_masks_tell_what_they_mean():
     assert (timid[HALF == 0] < -2).all()
     assert np.abs(timid).max() < np.log(1.01 / 0.01)
     np.testing.assert_allclose(grades.evidence(values, 0.5), timid / 2, rtol=1e-5)
+    # However long it was so, it is unlearnt in some frames.
+    for _ in range(30):
+        grades.learn(values, 1 - HALF)
+    assert (grades.evidence(values)[HALF > 0] < -2).all()
 
 
 def test_masks_of_nobody_or_all_teach_no_grades_and_one_pixel_counts():

@@ -15,22 +15,28 @@ def texture(seed: int = 0, shape: tuple[int, int] = (60, 80)) -> np.ndarray:
     return np.random.default_rng(seed).integers(0, 255, (*shape, 3)).astype(np.uint8)
 
 
+NOBODY = np.zeros((60, 80), np.uint8)
+
+
+def learnt(lab: np.ndarray, person: np.ndarray | None = None, frames: int = 1) -> BackgroundModel:
+    model = BackgroundModel(lab.shape[:2])
+    for _ in range(frames):
+        model.learn(lab, np.zeros(lab.shape[:2], np.uint8) if person is None else person)
+    return model
+
+
 def test_it_learns_the_mean_where_nobody_is() -> None:
-    model = BackgroundModel((60, 80))
-    lab = texture()
-    person = np.zeros((60, 80), np.uint8)
+    lab, person = texture(), NOBODY.copy()
     person[20:40, 30:50] = 255
-    for _ in range(3):
-        model.learn(lab, person)
+    model = learnt(lab, person, 3)
     assert model.mean[10, 10] == pytest.approx(lab[10, 10].astype(float))
     assert model.count[10, 10] == 3
     assert model.count[30, 40] == 0
 
 
 def test_it_moves_with_the_camera_and_forgets_what_left() -> None:
-    model = BackgroundModel((60, 80))
     lab = texture()
-    model.learn(lab, np.zeros((60, 80), np.uint8))
+    model = learnt(lab)
     assert model.moved([WorldMotion()]) is model
     model = model.moved([WorldMotion(np.array([[1.0, 0, 5], [0, 1.0, -3]])), WorldMotion()])
     assert model.mean[10, 20] == pytest.approx(lab[13, 15].astype(float), abs=0.01)
@@ -39,10 +45,9 @@ def test_it_moves_with_the_camera_and_forgets_what_left() -> None:
 
 
 def test_the_unknown_does_not_darken_its_neighbours() -> None:
-    model = BackgroundModel((20, 20))
     person = np.zeros((20, 20), np.uint8)
     person[:, 10:] = 255
-    model.learn(np.full((20, 20, 3), 200, np.uint8), person)
+    model = learnt(np.full((20, 20, 3), 200, np.uint8), person)
     model = model.moved([WorldMotion(np.array([[1.0, 0, 0.4], [0, 1.0, 0]]))])
     known = model.count > 0.25
     assert model.mean[:, :, 0][known] == pytest.approx(np.full(known.sum(), 200.0), abs=0.1)
@@ -51,8 +56,7 @@ def test_the_unknown_does_not_darken_its_neighbours() -> None:
 def test_stripes_keep_their_contrast_while_the_camera_trembles() -> None:
     rows = 120 + 50 * np.sin(2 * np.pi * np.arange(60) / 5)
     lab = np.repeat(np.repeat(rows[:, None, None], 80, axis=1), 3, axis=2).astype(np.uint8)
-    model = BackgroundModel((60, 80))
-    model.learn(lab, np.zeros((60, 80), np.uint8))
+    model = learnt(lab)
     for dy in (0.3, -0.4, 0.2, -0.3, 0.4, -0.2):
         model = model.moved([WorldMotion(np.array([[1.0, 0, 0.1], [0, 1.0, dy]]))])
     inner = (slice(10, 50), slice(10, 70), 0)
@@ -60,11 +64,9 @@ def test_stripes_keep_their_contrast_while_the_camera_trembles() -> None:
 
 
 def test_noise_is_measured_on_the_surroundings_only() -> None:
-    model = BackgroundModel((60, 80))
-    person = np.zeros((60, 80), np.uint8)
+    lab, person = np.full((60, 80, 3), 100, np.uint8), NOBODY.copy()
     person[:, 40:] = 255
-    lab = np.full((60, 80, 3), 100, np.uint8)
-    model.learn(lab, person)
+    model = learnt(lab, person)
     changed = lab.copy()
     changed[:, 40:] = 250
     window = (slice(0, 60), slice(0, 80))
@@ -77,8 +79,7 @@ def test_noise_is_measured_on_the_surroundings_only() -> None:
 
 
 def test_only_the_windows_are_kept_when_it_moves() -> None:
-    model = BackgroundModel((60, 80))
-    model.learn(texture(), np.zeros((60, 80), np.uint8))
+    model = learnt(texture())
     motion = WorldMotion(np.array([[1.0, 0, 2.5], [0, 1.0, -1]]))
     windows = [(slice(0, 30), slice(10, 50)), (slice(40, 50), slice(30, 80)), (slice(5, 5),) * 2]
     part, whole = model.moved([motion], windows), model.moved([motion])
@@ -90,12 +91,9 @@ def test_only_the_windows_are_kept_when_it_moves() -> None:
 
 
 def test_what_does_not_look_like_the_known_background_contradicts_it() -> None:
-    model = BackgroundModel((60, 80))
-    wall = np.full((60, 80, 3), (150, 128, 128), np.uint8)
-    unseen = np.zeros((60, 80), np.uint8)
+    wall, unseen = np.full((60, 80, 3), (150, 128, 128), np.uint8), NOBODY.copy()
     unseen[:, 60:] = 255
-    for _ in range(3):
-        model.learn(wall, unseen)
+    model = learnt(wall, unseen, 3)
     now = wall.copy()
     now[:, :20] = (40, 128, 128)
     now[:, 20:30] = (100, 128, 128)
@@ -120,8 +118,7 @@ def _stairs(shift: float) -> np.ndarray:
 @pytest.mark.parametrize(('shift', 'low', 'high'), [(0.0, 0.0, 0.05), (0.8, 0.5, 1.3)])
 def test_misplacement_is_measured_where_the_background_is_steep(shift, low, high) -> None:
     nobody = np.zeros((80, 200), np.uint8)
-    model = BackgroundModel(nobody.shape)
-    model.learn(np.rint(_stairs(0.0)).astype(np.uint8), nobody)
+    model = learnt(np.rint(_stairs(0.0)).astype(np.uint8))
     rng = np.random.default_rng(0)
     for _ in range(30):
         noisy = np.clip(_stairs(shift) + rng.normal(0, 1.5, (80, 200, 3)), 0, 255)
@@ -132,8 +129,7 @@ def test_misplacement_is_measured_where_the_background_is_steep(shift, low, high
 def test_a_jolt_counts_in_the_frame_that_shows_it() -> None:
     nobody = np.zeros((80, 200), np.uint8)
     every = [(slice(0, 80), slice(0, 200))]
-    model = BackgroundModel(nobody.shape)
-    model.learn(np.rint(_stairs(0.0)).astype(np.uint8), nobody)
+    model = learnt(np.rint(_stairs(0.0)).astype(np.uint8))
     model.notice_jolt(np.rint(_stairs(1.0)).astype(np.uint8), nobody, every)
     jolted = model.misplacement
     assert jolted > 0.6
@@ -146,8 +142,7 @@ def test_a_jolt_counts_in_the_frame_that_shows_it() -> None:
 
 
 def test_what_is_known_from_elsewhere_counts_where_less_is_known() -> None:
-    model, other = BackgroundModel((1, 3)), BackgroundModel((1, 3))
-    model.learn(np.full((1, 3, 3), 50, np.uint8), np.zeros((1, 3), np.uint8))
+    model, other = learnt(np.full((1, 3, 3), 50, np.uint8)), BackgroundModel((1, 3))
     other.sums[0] = [(0, 0, 0, 0), (90, 90, 90, 1), (450, 450, 450, 5)]
     model.adopt(other)
     assert model.count[0].tolist() == [1, 1, 5]
@@ -155,10 +150,9 @@ def test_what_is_known_from_elsewhere_counts_where_less_is_known() -> None:
 
 
 def test_it_is_known_at_another_size() -> None:
-    model, hidden = BackgroundModel((40, 60)), np.zeros((40, 60), np.uint8)
+    hidden = np.zeros((40, 60), np.uint8)
     hidden[:, 30:] = 1
-    for _ in range(4):
-        model.learn(np.full((40, 60, 3), (90, 120, 130), np.uint8), hidden)
+    model = learnt(np.full((40, 60, 3), (90, 120, 130), np.uint8), hidden, 4)
     for shape in ((20, 30), (80, 120)):
         other = model.resized(shape)
         assert other.count.shape == shape
@@ -173,11 +167,9 @@ WALL = (190, 124, 135)
 
 def evidence(colour: tuple[float, ...], count: int = 10) -> float:
     """Return what is said of a colour before a wall that was seen some times."""
-    model, shape = BackgroundModel((20, 30)), (20, 30)
-    for _ in range(count):
-        model.learn(np.full((*shape, 3), WALL, np.uint8), np.zeros(shape, np.uint8))
+    model = learnt(np.full((20, 30, 3), WALL, np.uint8), frames=count)
     model.sigma = 4.0
-    lab = np.full((*shape, 3), np.rint(colour), np.uint8)
+    lab = np.full((20, 30, 3), np.rint(colour), np.uint8)
     return float(model.evidence(lab, (slice(0, 20), slice(0, 30)), 0.5)[0, 0])
 
 
@@ -203,22 +195,19 @@ def test_where_nothing_is_known_nothing_is_said() -> None:
 
 
 def test_a_faded_background_keeps_its_lightness() -> None:
-    model, lab = BackgroundModel((60, 80)), texture()
-    model.learn(lab, np.zeros((60, 80), np.uint8))
+    lab = texture()
+    model = learnt(lab)
     model.fade(textured=False)
     assert model.mean[..., 0] == pytest.approx(lab[..., 0])
     assert (model.mean[..., 1:] == 128).all()
 
 
 def test_a_faded_background_has_the_texture_of_its_lightness() -> None:
-    model, nobody = BackgroundModel((60, 80)), np.zeros((60, 80), np.uint8)
-    gray = cv2.blur(texture()[..., 0], (5, 5))
-    person = nobody.copy()
+    gray, person = cv2.blur(texture()[..., 0], (5, 5)), NOBODY.copy()
     person[20:40, 30:50] = 255
     coloured = cv2.cvtColor(cv2.cvtColor(gray, cv2.COLOR_GRAY2BGR), cv2.COLOR_BGR2Lab)
     coloured[..., 1:] = 150
-    for _ in range(3):
-        model.learn(coloured, person)
+    model = learnt(coloured, person, 3)
     model.fade(textured=True)
     assert (model.count[20:40, 30:50] == 0).all()
     lab = gray_lab(gray)

@@ -15,11 +15,14 @@ from gait_segmentation.starting import Start, estimate_start
 from test.walkers import box_of, clip, overlap, small_bank
 
 
+def estimate(image: np.ndarray, box: Box, **options) -> Start:
+    return estimate_start(cv2.cvtColor(image, cv2.COLOR_BGR2Lab), box, small_bank(), **options)
+
+
 @cache
 def start() -> tuple[SyntheticFrame, Start]:
     frame = clip()[0]
-    lab = cv2.cvtColor(frame.image, cv2.COLOR_BGR2Lab)
-    return frame, estimate_start(lab, box_of(frame), small_bank())
+    return frame, estimate(frame.image, box_of(frame))
 
 
 def test_the_first_mask_and_the_body_are_those_of_the_person_in_the_box() -> None:
@@ -48,8 +51,7 @@ def leaning(degrees: float) -> tuple[Start, NDArray[np.uint8]]:
     image = cv2.warpAffine(frame.image, turn, (width, height), borderMode=cv2.BORDER_REFLECT_101)
     truth = cv2.warpAffine(frame.truths[0], turn, (width, height), flags=cv2.INTER_NEAREST)
     box = Box.around(truth == 255)
-    lab = cv2.cvtColor(image, cv2.COLOR_BGR2Lab)
-    return estimate_start(lab, box, small_bank()), np.asarray(truth, np.uint8)
+    return estimate(image, box), np.asarray(truth, np.uint8)
 
 
 @pytest.mark.parametrize(('degrees', 'off'), [(-18, 8), (-6, 3), (6, 3), (18, 8)])
@@ -68,9 +70,8 @@ def test_a_leaning_person_is_found_leaning(degrees: float, off: float) -> None:
     ],
 )
 def test_boxes_at_borders_and_of_odd_sizes_give_a_mask(box: Box) -> None:
-    lab = cv2.cvtColor(clip()[0].image, cv2.COLOR_BGR2Lab)
-    found = estimate_start(lab, box, small_bank())
-    assert found.mask.shape == lab.shape[:2]
+    found = estimate(clip()[0].image, box)
+    assert found.mask.shape == clip()[0].image.shape[:2]
     assert found.body.height >= 1
 
 
@@ -78,11 +79,10 @@ def test_a_person_cut_by_the_border_is_found_down_to_it() -> None:
     frame = clip()[0]
     whole = box_of(frame)
     end = round(whole.y + 0.3 * whole.height)
-    lab = cv2.cvtColor(np.ascontiguousarray(frame.image[:end]), cv2.COLOR_BGR2Lab)
     truth = frame.truths[0][:end]
     tight = Box.around(truth == 255)
     # As a box that was given comes, shrunk by a margin.
-    found = estimate_start(lab, tight.padded(-0.03 * tight.width, -1.5), small_bank())
+    found = estimate(frame.image[:end], tight.padded(-0.03 * tight.width, -1.5))
     assert overlap(found.mask, truth) > 0.8
     assert found.mask[-1].any()
     assert found.body.height > 1.3 * tight.height
@@ -95,7 +95,7 @@ def test_somebody_behind_a_table_is_found_as_a_part_of_a_taller_body() -> None:
     end = round(whole.y + 0.25 * whole.height)
     image[end:], truth[end:] = (70, 110, 150), 0
     tight = Box.around(truth == 255)
-    found = estimate_start(cv2.cvtColor(image, cv2.COLOR_BGR2Lab), tight, small_bank())
+    found = estimate(image, tight)
     assert overlap(found.mask, truth) > 0.8
     assert found.body.height > 1.3 * tight.height
 
@@ -111,7 +111,7 @@ def test_somebody_who_reaches_out_is_found_at_the_side_of_the_box(aside: int) ->
         start, end = (round(box.center_x), shoulder), (hand, shoulder)
         cv2.line(picture, start, end, colour, round(0.08 * box.height))
     broad = Box.around(truth == 255)
-    found = estimate_start(cv2.cvtColor(image, cv2.COLOR_BGR2Lab), broad, small_bank())
+    found = estimate(image, broad)
     assert overlap(found.mask, truth) > 0.6
     assert (found.body.center_x - broad.center_x) * aside > 0.1 * box.height
 
@@ -127,12 +127,11 @@ def test_a_body_thought_to_go_on_beyond_the_border_can_be_matched() -> None:
 
 def test_what_stands_out_counts_also_just_outside_of_the_box() -> None:
     frame = clip()[0]
-    lab = cv2.cvtColor(frame.image, cv2.COLOR_BGR2Lab)
     box, truth = frame.boxes[0], frame.truths[0]
     wrong = Box(box.x, box.y, box.width, 0.95 * box.height)
     evidence = np.where(truth == 255, 3, np.where(truth == 0, -3, 0)).astype(np.float32)
-    blind = estimate_start(lab, wrong, small_bank())
-    told = estimate_start(lab, wrong, small_bank(), evidence=evidence)
+    blind = estimate(frame.image, wrong)
+    told = estimate(frame.image, wrong, evidence=evidence)
     assert overlap(told.mask, truth) > max(0.9, overlap(blind.mask, truth))
     below = Box.around(told.mask)
     assert abs(below.bottom - box.bottom) < 0.03 * box.height

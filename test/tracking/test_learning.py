@@ -13,11 +13,12 @@ from gait_segmentation.images import placed, shrink
 from gait_segmentation.results import Feedback
 from gait_segmentation.tracking.learning import (
     grown,
+    learn,
     without_parts_apart,
     working_masks,
 )
 from gait_segmentation.tracking.person import Person
-from test.tracking.figures import Figure, Told
+from test.tracking.figures import Figure, Told, picture
 
 BOARD = (130, 320)
 """It reaches to the border: who walks behind it comes back."""
@@ -43,6 +44,19 @@ def test_half_a_body_teaches_neither_colours_nor_size_but_is_followed() -> None:
     # Afterwards the size is as before, and learning goes on.
     assert heights[-1] == pytest.approx(path[-1].height, abs=6)
     assert len(set(colours[-10:])) == 10
+
+
+@pytest.mark.parametrize('alone', [True, False])
+def test_a_part_of_somebody_who_is_not_alone_tells_nothing_of_the_background(alone: bool) -> None:
+    told = Told()
+    told.follow([Figure(60)] * 2)
+    told.tracker.update(picture([Figure(60)])[0], told.stamp_ns)
+    (target,) = told.tracker._targets()
+    half = Figure(60).mask()
+    half[:, 60:] = 0
+    feedback = Feedback(told.stamp_ns, target.track_id, half, None, Figure(60).mask())
+    taught = learn(target, target.world.now, feedback, alone=alone)
+    assert (taught is not None) == alone
 
 
 SMALL = (60, 80)
