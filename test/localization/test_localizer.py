@@ -36,6 +36,11 @@ def walked(walk: str, camera: str) -> list:
     return list(true_matches(list(film(Walk(given.at, given.speed, SECONDS), model, pose))))
 
 
+def first() -> tuple:
+    """Return the first frame of a walk, what is matched in it, the mask, camera and pose."""
+    return *walked('across', 'level')[0], *CAMERAS['level']
+
+
 def jittered(found: list, seed: int = 0) -> list:
     """Put the bodies off by as much as those that are matched: two hundredths of their height."""
     rng = np.random.default_rng(seed)
@@ -60,16 +65,15 @@ def test_people_are_where_they_are(walk: str, camera: str) -> None:
             assert np.median(errors.speed) < 0.05
 
 
-def run(found: list, spoil=None, camera: str = 'level', pose: CameraPose | None = None, **match):
-    """Locate somebody by depth images spoilt from the middle on; return locations and shots."""
-    model, usual = CAMERAS[camera]
+def run(found: list, spoil=None, pose: CameraPose | None = None) -> list[Location]:
+    """Locate somebody by depth images spoilt from the middle on."""
+    model, usual = CAMERAS['level']
     localizer, located = Localizer(), []
     for number, (shot, about, mask) in enumerate(found):
         depth = shot.depth.copy()
         if spoil is not None and number >= len(found) // 2:
             spoil(depth, mask > 0)
-        given = dataclasses.replace(about, **match)
-        located += localizer.update([given], [mask], model, pose or usual, depth)
+        located += localizer.update([about], [mask], model, pose or usual, depth)
     return located
 
 
@@ -93,8 +97,14 @@ def through(depth: np.ndarray, seen: np.ndarray) -> None:
     depth[rows[0] : rows[0] + len(rows) // 3] = 9.0
 
 
-def nothing(depth: np.ndarray, seen: np.ndarray) -> None:
-    depth[:] = -1.0
+def all_of(value: float):
+    def spoil(depth: np.ndarray, seen: np.ndarray) -> None:
+        depth[:] = value
+
+    return spoil
+
+
+NOTHING = all_of(-1.0)
 
 
 def nearly_nothing(depth: np.ndarray, seen: np.ndarray) -> None:
@@ -103,18 +113,17 @@ def nearly_nothing(depth: np.ndarray, seen: np.ndarray) -> None:
     depth[rows[::100], columns[::100]] = 3.0
 
 
-@pytest.mark.parametrize('spoil', [holes, half, through, nothing, nearly_nothing])
+@pytest.mark.parametrize('spoil', [holes, half, through, NOTHING, nearly_nothing])
 def test_depth_that_is_not_valid_moves_nobody(spoil) -> None:
     found = walked('slanting', 'level')
     places = run(found, spoil)
     assert all(error(place, shot) < 0.1 for place, (shot, _, _) in zip(places, found, strict=True))
     sources = {place.source for place in places}
-    assert sources == ({DEPTH, PREDICTED} if spoil in (nothing, nearly_nothing) else {DEPTH})
+    assert sources == ({DEPTH, PREDICTED} if spoil in (NOTHING, nearly_nothing) else {DEPTH})
 
 
 def test_without_depth_for_long_the_ground_says_it_and_without_that_nothing() -> None:
-    shot, about, mask = walked('across', 'level')[0]
-    (model, pose), localizer = CAMERAS['level'], Localizer()
+    (shot, about, mask, model, pose), localizer = first(), Localizer()
 
     def at(second: float, depth, view: CameraPose) -> Location | None:
         given = dataclasses.replace(about, stamp_ns=round(second * 1e9))
@@ -148,15 +157,22 @@ def test_depth_alone_needs_no_ground() -> None:
     assert all(error(place, shot) < 0.1 for place, (shot, _, _) in zip(places, found, strict=True))
 
 
-def test_a_camera_that_moves_along_sees_who_walks() -> None:
-    """With a frame that stays, a robot at the walker's side finds their speed, and not 0."""
-    shot, about, mask = walked('across', 'level')[0]
-    model, pose = CAMERAS['level']
+def alongside(speed: float, stride_rate: float) -> Location:
+    """Return where a robot at the side of a walker, whose steps are given, sees them at last."""
+    _, about, mask, model, pose = first()
     localizer = Localizer()
     for number in range(30):
-        moved = dataclasses.replace(pose, position=np.array([0, number / 30, 1.2]))
-        given = dataclasses.replace(about, stamp_ns=10**9 + number * 10**9 // 30)
+        moved = dataclasses.replace(pose, position=np.array([0, speed * number / 30, 1.2]))
+        stamp_ns = 10**9 + number * 10**9 // 30
+        given = dataclasses.replace(about, stamp_ns=stamp_ns, phase_rate=stride_rate)
         (place,) = localizer.update([given], [mask], model, moved, None)
+    return place
+
+
+def test_a_camera_that_moves_along_sees_who_walks() -> None:
+    """With a frame that stays, a robot at the walker's side finds their speed, and not 0."""
+    shot, about, *_ = first()
+    place = alongside(1.0, about.phase_rate)
     assert place.speed == pytest.approx(1.0, abs=1e-3)
     assert place.yaw == pytest.approx(math.pi / 2, abs=0.05)
     assert place.step_length == pytest.approx(1 / (2 * about.phase_rate), abs=1e-3)
@@ -199,8 +215,7 @@ FAR_OFF = {
 
 @pytest.mark.parametrize('name', FAR_OFF)
 def test_a_body_that_no_matching_means_is_nowhere_and_others_are(name: str) -> None:
-    shot, about, mask = walked('across', 'level')[0]
-    model, pose = CAMERAS['level']
+    shot, about, mask, model, pose = first()
     other = dataclasses.replace(about, track_id=2, body=FAR_OFF[name])
     localizer = Localizer()
     for depth in (None, shot.depth):
@@ -214,8 +229,7 @@ def test_a_body_that_no_matching_means_is_nowhere_and_others_are(name: str) -> N
 @pytest.mark.parametrize('off', [0.0, 1e-9, 1.0])
 @pytest.mark.parametrize('grounded', [True, False])
 def test_whoever_is_straight_below_the_camera_is_not_located(off: float, grounded: bool) -> None:
-    shot, about, mask = walked('across', 'level')[0]
-    model, _ = CAMERAS['level']
+    shot, about, mask, model, _ = first()
     down = CameraPose.above_ground(2.0, math.radians(90))
     down = dataclasses.replace(down, grounded=grounded)
     body = BodyFrame(model.cx + 0.5 + off, model.cy + 0.5, 100.0)
@@ -230,8 +244,7 @@ def test_whoever_is_straight_below_the_camera_is_not_located(off: float, grounde
 
 
 def test_an_error_that_no_door_refuses_costs_one_person_only(monkeypatch) -> None:
-    shot, about, mask = walked('across', 'level')[0]
-    model, pose = CAMERAS['level']
+    shot, about, mask, model, pose = first()
     other = dataclasses.replace(about, track_id=2)
     localizer = Localizer()
     usual = localizer._location
@@ -264,15 +277,7 @@ def test_rate_and_speed_that_no_walker_has_give_no_steps(
     speed: float, stride_rate: float, has: tuple[str, ...]
 ) -> None:
     """A robot at the side of somebody who stands sees them as fast as itself."""
-    _, about, mask = walked('across', 'level')[0]
-    model, pose = CAMERAS['level']
-    localizer = Localizer()
-    for number in range(30):
-        moved = dataclasses.replace(pose, position=np.array([0, speed * number / 30, 1.2]))
-        given = dataclasses.replace(
-            about, stamp_ns=10**9 + number * 10**9 // 30, phase_rate=stride_rate
-        )
-        (place,) = localizer.update([given], [mask], model, moved, None)
+    place = alongside(speed, stride_rate)
     known = {name for name in ('speed', 'step_length') if getattr(place, name) is not None}
     assert known == set(has)
 
@@ -284,26 +289,17 @@ def part(depth: np.ndarray, seen: np.ndarray) -> None:
     depth[rows[few], columns[few]] = 0
 
 
-def zero(depth: np.ndarray, seen: np.ndarray) -> None:
-    depth[:] = 0
-
-
-def beyond(depth: np.ndarray, seen: np.ndarray) -> None:
-    depth[:] = 1e6
-
-
 @pytest.mark.parametrize(
     ('spoil', 'why'),
     [
-        (zero, 'no depth on the body'),
-        (nothing, 'no depth on the body'),
-        (beyond, 'no depth on the body'),
+        (all_of(0.0), 'no depth on the body'),
+        (NOTHING, 'no depth on the body'),
+        (all_of(1e6), 'no depth on the body'),
         (part, r'depth on 1\d % of the body only'),
     ],
 )
 def test_it_is_said_why_depth_locates_nobody(spoil, why: str) -> None:
-    shot, about, mask = walked('across', 'level')[0]
-    model, _ = CAMERAS['level']
+    shot, about, mask, model, _ = first()
     depth, localizer = shot.depth.copy(), Localizer()
     spoil(depth, mask > 0)
     assert localizer.update([about], [mask], model, None, depth) == (None,)
@@ -313,8 +309,7 @@ def test_it_is_said_why_depth_locates_nobody(spoil, why: str) -> None:
 
 
 def test_it_is_said_why_the_ground_locates_nobody() -> None:
-    _, about, mask = walked('across', 'level')[0]
-    model, pose = CAMERAS['level']
+    _, about, mask, model, pose = first()
     above = dataclasses.replace(about, body=BodyFrame(320.0, 10.0, 100.0))
     far = dataclasses.replace(about, body=BodyFrame(320.0, model.cy + 1 - 50, 100.0))
     nobody = MatchResult.nobody(about.stamp_ns, 0, (1, 1))

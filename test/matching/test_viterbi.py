@@ -115,12 +115,8 @@ def test_another_range_moves_scores_and_opens_the_border(shape):
             assert after[0, here] == expected, shift
 
 
-SHAPE, LANES, MOVE = (2, 2, 3), 15, 20
+MOVE = 20
 BESIDE, TURN = np.array([[1], [0]], np.int32), np.array([[70], [90]], np.int16)
-
-
-def lane_of(state):
-    return (state[2] * SHAPE[1] + state[3]) * SHAPE[2] + state[4]
 
 
 def clip(seed, frames=5, slots=7):
@@ -151,7 +147,7 @@ def score(data, path, frame):
     moved = np.abs(before[2:] - after[2:])
     if step > 1 or moved.max() > 1:
         return -(10**6)
-    worth = ring[slots[frame], before[0], before[1], lane_of(before)]
+    worth = ring[slots[frame], before[0], before[1], lane(before[2:])]
     return int(worth) - costs[slots[frame + 1], step] - turn - MOVE * moved.sum()
 
 

@@ -96,16 +96,11 @@ def test_what_is_saved_is_loaded(tmp_path: Path) -> None:
     assert max(len(line) for line in path.read_text().splitlines()) < 99
 
 
-def change(key: str, value: Any) -> Callable[[dict[str, Any]], None]:
-    def apply(entries: dict[str, Any]) -> None:
-        entries[key] = value
-
-    return apply
-
-
-def change_word(key: str, value: Any) -> Callable[[dict[str, Any]], None]:
-    def apply(entries: dict[str, Any]) -> None:
-        entries['words'][0][key] = value
+def change(value: Any, *keys: str | int) -> Callable[[Any], None]:
+    def apply(entries: Any) -> None:
+        for key in keys[:-1]:
+            entries = entries[key]
+        entries[keys[-1]] = value
 
     return apply
 
@@ -113,23 +108,26 @@ def change_word(key: str, value: Any) -> Callable[[dict[str, Any]], None]:
 @pytest.mark.parametrize(
     ('damage', 'message'),
     [
-        (change('format', 'another'), 'format must be'),
-        (change('version', 7), 'version must be 1, got 7'),
-        (change('fill', None), 'no complete vocabulary: TypeError'),
+        (change('another', 'format'), 'format must be'),
+        (change(7, 'version'), 'version must be 1, got 7'),
+        (change(None, 'fill'), 'no complete vocabulary: TypeError'),
         (lambda entries: entries.pop('fill'), r"no complete vocabulary: KeyError\('fill'\)"),
-        (change('words', 3), 'no complete vocabulary'),
-        (change('words', []), 'at least one word'),
-        (change('words', [4]), 'no complete vocabulary'),
-        (change('fill', 1.5), r'fill must be in \(0, 1\], got 1.5'),
-        (change('aspect', 'wide'), 'no complete vocabulary.*wide'),
-        (change('provenance', 3), 'no complete vocabulary'),
-        (change('orientation_scale', 0), 'orientation_scale must be'),
-        (change_word('weight', -0.25), 'weights must be positive'),
-        (change_word('weight', 0.5), 'add up to 1'),
-        (change_word('mean', [1.0, 2.0]), 'no complete vocabulary'),
-        (change_word('mean', [0.5, 0.2, float('nan'), 0.0]), 'means must be finite'),
-        (change_word('covariance', np.ones((4, 4)).tolist()), 'covariance of word 0 must be'),
-        (change_word('covariance', np.triu(np.ones((4, 4))).tolist()), 'symmetric'),
+        (change(3, 'words'), 'no complete vocabulary'),
+        (change([], 'words'), 'at least one word'),
+        (change([4], 'words'), 'no complete vocabulary'),
+        (change(1.5, 'fill'), r'fill must be in \(0, 1\], got 1.5'),
+        (change('wide', 'aspect'), 'no complete vocabulary.*wide'),
+        (change(3, 'provenance'), 'no complete vocabulary'),
+        (change(0, 'orientation_scale'), 'orientation_scale must be'),
+        (change(-0.25, 'words', 0, 'weight'), 'weights must be positive'),
+        (change(0.5, 'words', 0, 'weight'), 'add up to 1'),
+        (change([1.0, 2.0], 'words', 0, 'mean'), 'no complete vocabulary'),
+        (change([0.5, 0.2, float('nan'), 0.0], 'words', 0, 'mean'), 'means must be finite'),
+        (
+            change(np.ones((4, 4)).tolist(), 'words', 0, 'covariance'),
+            'covariance of word 0 must be',
+        ),
+        (change(np.triu(np.ones((4, 4))).tolist(), 'words', 0, 'covariance'), 'symmetric'),
     ],
 )
 def test_a_damaged_file_is_refused(
@@ -157,9 +155,6 @@ def test_files_that_are_none_are_refused(tmp_path: Path) -> None:
         Vocabulary.load(path)
     with pytest.raises(VocabularyError, match='cannot write'):
         write_vocabulary(two_words(), tmp_path / 'missing' / 'words.json')
-
-
-def test_a_pipe_is_no_vocabulary(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / 'words.json')
+    os.mkfifo(tmp_path / 'pipe.json')
     with pytest.raises(VocabularyError, match=r'cannot read the vocabulary .*: it is a pipe'):
-        Vocabulary.load(tmp_path / 'words.json')
+        Vocabulary.load(tmp_path / 'pipe.json')

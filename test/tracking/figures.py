@@ -172,3 +172,7 @@ def step(figures: Iterable[Figure]) -> list[Figure]:
         replace(figure, stride=stride)
         for figure, stride in zip(figures, cycle(STRIDES), strict=False)
     ]
+
+
+def ids(results: Iterable[TrackResult]) -> list[int]:
+    return [result.track_id for result in results]

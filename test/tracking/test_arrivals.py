@@ -15,19 +15,15 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
-from gait_segmentation.results import LOST, TRACKED, TrackResult
+from gait_segmentation.results import LOST, TRACKED
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking.arrivals import MapFinder, slot_for_found
 from gait_segmentation.tracking.trial import Trial
-from test.tracking.figures import GREEN, RED, STEP_NS, Figure, Told, picture, step, walk
+from test.tracking.figures import GREEN, RED, STEP_NS, Figure, Told, ids, picture, step, walk
 from test.walkers import small_bank
 
 ON_TRIAL = 26
 """Frames until it is settled whether somebody found is a person."""
-
-
-def ids(results: Sequence[TrackResult]) -> list[int]:
-    return [result.track_id for result in results]
 
 
 class Finder:
@@ -82,25 +78,21 @@ def finding(finder: Finder, slots: int = 1, **options) -> Told:
     return told
 
 
-def test_people_found_get_free_slots_and_are_told_to_the_finder(finder: Finder) -> None:
-    told = finding(finder, 2)
-    assert ids(told.show(Figure(60))) == [0, 0]
+@pytest.mark.parametrize('slots', [1, 2])
+def test_people_found_get_free_slots_and_are_told_to_the_finder(
+    finder: Finder, slots: int
+) -> None:
+    told = finding(finder, slots)
+    assert ids(told.show(Figure(60))) == [0] * slots
     finder.find(Figure(60))
     for figure in step([Figure(60)] * ON_TRIAL):
-        assert ids(told.show(figure)) == [1, 0]
+        assert ids(told.show(figure)) == [1, 0][:slots]
+    finder.asked.clear()
     told.show(Figure(60))
-    (occupied,) = finder.asked[-1]
-    assert occupied.iou(Figure(60).box) > 0.7
-
-
-def test_nobody_is_looked_for_without_a_free_slot(finder: Finder) -> None:
-    told = finding(finder)
-    finder.find(Figure(60))
-    for figure in step([Figure(60)] * ON_TRIAL):
-        told.show(figure)
-    count = len(finder.asked)
-    told.show(Figure(60))
-    assert len(finder.asked) == count
+    # Without a free slot nobody is looked for.
+    assert len(finder.asked) == slots - 1
+    for (occupied,) in finder.asked:
+        assert occupied.iou(Figure(60).box) > 0.7
 
 
 @pytest.mark.parametrize('fits', [False, True])
@@ -121,8 +113,7 @@ def test_who_was_found_leaves_the_slot_after_a_second_without_the_shape_of_a_bod
             # Until then it is looked at all the same.
             assert finder.asked[-1] == []
             (box,) = finder.tried
-            there = Box.around(mask)
-            assert box.iou(there) > 0.4
+            assert box.iou(figure.box) > 0.4
     assert slots == ([1] * 40 if fits else [1] * 25 + [0] * 15)
     assert len(finder.refuted) == (0 if fits else 1)
 

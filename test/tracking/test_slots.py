@@ -4,19 +4,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import pytest
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
-from gait_segmentation.results import Feedback, TrackResult
-from test.tracking.figures import BLUE, GREEN, Figure, Told
-
-
-def ids(results: Sequence[TrackResult]) -> list[int]:
-    return [result.track_id for result in results]
+from gait_segmentation.results import Feedback
+from test.tracking.figures import BLUE, GREEN, Figure, Told, ids
 
 
 def test_every_slot_has_a_result() -> None:
