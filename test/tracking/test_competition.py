@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.images import distance_from
+from gait_segmentation.images import distance_from, placed
+from gait_segmentation.tracking import TrackingConfig, group
 from gait_segmentation.tracking.competition import (
     _FARTHEST,
     _NEARER,
@@ -17,6 +18,7 @@ from gait_segmentation.tracking.competition import (
     Claim,
     compete,
 )
+from test.tracking.figures import BLUE, STEP_NS, Figure, Told, picture
 
 SHAPE = (60, 100)
 
@@ -110,3 +112,38 @@ def test_several_compete_as_their_densities_say() -> None:
     for found, wanted in zip(compete(claims), expected, strict=True):
         np.testing.assert_allclose(found, wanted, atol=0.02)
     np.testing.assert_array_equal([each.logit for each in claims], before)
+
+
+def test_a_frame_is_learnt_once_and_its_people_are_no_background() -> None:
+    told = Told(slots=2)
+    people = Figure(60), Figure(200, BLUE)
+    told.start(*people)
+    told.show(*people)
+    targets = told.tracker._targets()
+    (world,) = {target.world for target in targets}
+    group.learn(world, targets, STEP_NS, {}, TrackingConfig())
+    image, masks = picture(people)
+    group.follow(world, targets, image, world.now.image.stamp_ns + STEP_NS, TrackingConfig())
+    count = world.now.background.count
+    for mask in masks:
+        assert count[mask > 0].max() < 0.5
+    assert count[60:120, 85:95].min() > 0.9
+    assert set(group.judge(world, targets)) == {1, 2}
+
+
+def test_who_stands_nearer_hides_who_stands_behind() -> None:
+    told = Told(slots=2)
+    people = Figure(100, y=85.0), Figure(120, BLUE, y=95.0)
+    told.start(*people)
+    told.show(*people)
+    far, near = told.tracker._targets()
+    masks = [(each, each.window, each.carried_mask()) for each in (far, near)]
+    shape, window = far.world.shape, far.window
+    hidden, hiding = (placed(mask, about, shape) for _, about, mask in masks)
+    cover = group._cover(far, masks, window)
+    np.testing.assert_array_equal(cover, hiding[window])
+    assert group._cover(near, masks, window) is None
+    visible = group._uncovered(far, masks[0][2], masks)
+    np.testing.assert_array_equal(visible, (hidden & ~hiding)[window])
+    assert visible.any()
+    assert group._uncovered(near, masks[1][2], masks) is masks[1][2]
