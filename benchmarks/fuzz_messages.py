@@ -22,7 +22,6 @@ again, and what was sent before is printed.  Exit code 0: all holds; 1: somethin
 from __future__ import annotations
 
 import argparse
-import os
 import re
 import secrets
 import sys
@@ -39,7 +38,7 @@ from sensor_msgs.msg import Image
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks import holds
-from benchmarks.running_nodes import ALL_NODES, STYLES, Answers, resident_mib, ros, wait
+from benchmarks.running_nodes import ALL_NODES, STYLES, resident_mib, wait
 from benchmarks.spoilt_messages import (
     KINDS,
     SERVICES,
@@ -54,7 +53,7 @@ from benchmarks.spoilt_messages import (
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.ros.endpoints import LATCHED
-from gait_tools.demo.processes import ProcessGroup
+from gait_tools.demo.nodes import Listener, ProcessGroup, ros
 
 SHARES = {'image': 0.8, 'image/compressed': 0.2}
 """How many of the messages go to nodes with a topic of the camera."""
@@ -98,7 +97,7 @@ class Nodes:
 
         self._logs, self._parameters = logs, parameters
         self._runs: dict[str, list[str]] = {name: [] for name in ALL_NODES}
-        self._processes = ProcessGroup(os.environ, logs)
+        self._processes = ProcessGroup(logs)
         for name in ALL_NODES:
             self._start(name)
 
@@ -138,7 +137,7 @@ class Nodes:
         self._processes.start(runs[-1], *command)
 
 
-class Client(Answers):
+class Client(Listener):
     """Publishes to all nodes and counts the answers to good frames."""
 
     def __init__(self, camera: str) -> None:
@@ -163,7 +162,7 @@ class Client(Answers):
             for service, kind in SERVICES.items()
         }
 
-    def connected(self, nodes: tuple[str, ...] = ()) -> bool:
+    def connected(self) -> bool:
         """Tell whether all nodes are active, hear this client and are heard."""
         wanted = {f'{space}/{name}' for space, names in STYLES.items() for name in names}
         return wanted <= self.active() and all(map(self.subscribers, ANSWERS)) and all(
@@ -189,10 +188,10 @@ class Client(Answers):
 
     def missing(self, stamp_ns: int, topics: tuple[str, ...] = tuple(ANSWERS)) -> list[str]:
         """Return the topics on which a good frame has not been answered."""
-        with self.changed:
+        with self.lock:
             return [topic for topic in topics if not self.answers[stamp_ns][topic]]
 
-    def answered(self, topic: str, stamp_ns: int, frame_id: str, now_s: float) -> None:
+    def heard(self, topic: str, stamp_ns: int, frame_id: str, message: bytes) -> None:
         """Count the answers to good frames."""
         if frame_id == GOOD and stamp_ns in self.answers:
             self.answers[stamp_ns][topic] += 1
@@ -262,7 +261,7 @@ class Fuzz:
         return all(checks)
 
     def _connect(self) -> bool:
-        with self.client.changed:
+        with self.client.lock:
             self.client.status.clear()
         return wait(lambda: bool(self._revived()) or self.client.connected(), START_S)
 
@@ -275,7 +274,7 @@ class Fuzz:
         """Show a good frame and wait for the answers to it."""
         self._number += 1
         stamp_ns, image = self._stamp_ns, self._images[self._number % len(self._images)]
-        with self.client.changed:
+        with self.client.lock:
             self.client.answers[stamp_ns] = Counter()
         self.client.fire(Shot(self._camera, good(self._camera, image, header(stamp_ns, GOOD))))
         ended = list[str]()

@@ -60,12 +60,10 @@ from benchmarks import holds
 from benchmarks.running_nodes import (
     START_TIMEOUT_S,
     STYLES,
-    Answers,
     processor_seconds,
     resident_mib,
     session,
     start,
-    start_node,
     wait,
 )
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
@@ -75,11 +73,8 @@ from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline
-from gait_tools.demo.processes import ProcessError, ProcessGroup
-from gait_tools.demo.recording import (
-    play as play_film,
-    read_stamps,
-)
+from gait_tools.demo.nodes import Listener, ProcessError, ProcessGroup
+from gait_tools.demo.recording import play as play_film, read_stamps
 from gait_tools.evaluation.metrics import jaccard
 from gait_tools.evaluation.runner import run
 from gait_tools.evaluation.sequence import Sequence
@@ -195,7 +190,7 @@ def measure(style: str, size: tuple[int, int], options: argparse.Namespace) -> d
         played = play(
             processes, nodes, film, options.rate, *(['--loop'] if options.people else [])
         )
-        wait(lambda: bool(listener.arrived) or processes.ended('gait_source'), float('inf'))
+        wait(lambda: bool(listener.arrived_s) or processes.ended('gait_source'), float('inf'))
         pids = [processes.pid(name) for name in nodes]
         began, used = time.monotonic(), sum(map(processor_seconds, pids))
         while not processes.ended('gait_source'):
@@ -207,7 +202,7 @@ def measure(style: str, size: tuple[int, int], options: argparse.Namespace) -> d
         passed = max(time.monotonic() - began, 1e-9)
         used = sum(map(processor_seconds, pids)) - used
         time.sleep(FLOW_OUT_S)
-        published, arrived = sorted(read_stamps(played).values()), dict(listener.arrived)
+        published, arrived = sorted(read_stamps(played).values()), dict(listener.arrived_s)
     if not published or not arrived:
         raise ProcessError(f'{style}: {len(published)} frames published, none answered')
     latency = {t: 1e3 * (arrived[t] - t / 1e9) for t in published if t in arrived}
@@ -277,14 +272,14 @@ class Kills:
     """The nodes under a stream, each of which is killed and started again."""
 
     def __init__(
-        self, processes: ProcessGroup, listener: Answers, nodes: tuple[str, ...], frames: Path
+        self, processes: ProcessGroup, listener: Listener, nodes: tuple[str, ...], frames: Path
     ) -> None:
         """Start everything and wait until frames are answered."""
         self.processes, self.listener, self.nodes = processes, listener, nodes
         self.times_s: dict[str, list[float]] = {name: [] for name in nodes}
         self.hung = self.deaf = 0
         for name in nodes:
-            start_node(processes, name)
+            processes.start_node(name)
         processes.start(
             'gait_source', 'source', str(frames),
             '--rate', '30', '--loop', '--preload',
@@ -294,20 +289,20 @@ class Kills:
 
     def answers_after(self, stamp_ns: int, timeout_s: float) -> bool:
         """Wait until a frame that was shown after a time is answered; return whether it is."""
-        arrived = self.listener.arrived
+        arrived = self.listener.arrived_s
         return wait(lambda: max(list(arrived), default=0) > stamp_ns, timeout_s, 0.005)
 
     def kill(self, name: str) -> None:
         """Kill a node, start it again and wait for its first answer."""
         self.processes.check_running(*self.nodes, 'gait_source')
         # Older stamps are of no use any more.
-        self.listener.arrived.clear()
+        self.listener.arrived_s.clear()
         began_ns = time.time_ns()
         self.signal(name, signal.SIGKILL)
-        start_node(self.processes, name)
+        self.processes.start_node(name)
         if self.answers_after(began_ns, HUNG_S):
-            newest = min(stamp for stamp in list(self.listener.arrived) if stamp > began_ns)
-            self.times_s[name].append(self.listener.arrived[newest] - began_ns / 1e9)
+            newest = min(stamp for stamp in list(self.listener.arrived_s) if stamp > began_ns)
+            self.times_s[name].append(self.listener.arrived_s[newest] - began_ns / 1e9)
             return
         self.hung += 1
         self.signal(name, signal.SIGUSR1)
@@ -318,7 +313,7 @@ class Kills:
             if not self.signal(each, signal.SIGTERM):
                 self.deaf += 1
                 self.signal(each, signal.SIGKILL)
-            start_node(self.processes, each)
+            self.processes.start_node(each)
         self.answers_after(time.time_ns(), START_TIMEOUT_S)
 
     def signal(self, name: str, number: signal.Signals) -> bool:

@@ -124,10 +124,11 @@ def test_everything_is_written(demo: Demo, film, tmp_path: Path) -> None:
     ('dies', 'number', 'code', 'said'),
     [
         ('', signal.SIGINT, 130, 'interrupted'),
+        ('', signal.SIGKILL, -signal.SIGKILL, ''),
         (' segmenter ', signal.SIGKILL, 2, 'gait_segmenter was killed by signal 9'),
     ],
 )
-def test_ctrl_c_and_a_node_that_dies_leave_nothing_behind(
+def test_whatever_ends_it_leaves_no_process_behind(
     demo: Demo, dies: str, number: int, code: int, said: str
 ) -> None:
     children = demo.children()

@@ -23,8 +23,8 @@ from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.inputs import open_input
 from gait_segmentation.ros.messages import box_message, image_message
 from gait_tools.demo import recording as module
-from gait_tools.demo.processes import ProcessError
-from gait_tools.demo.recording import NODES, Recording
+from gait_tools.demo.nodes import NODES, ProcessError
+from gait_tools.demo.recording import Recording
 
 # rclpy loads deprecated modules of Python with its first publisher.
 pytestmark = pytest.mark.filterwarnings('ignore::DeprecationWarning')
@@ -61,7 +61,7 @@ def take(recording: Recording, topic: str, second: int) -> None:
             message.name, message.position = ['gait_phase', 'view_azimuth'], [np.pi, 0.5]
     else:
         message = box_message(BOX.corners() if somebody else (), 7 * somebody, header)
-    recording._keep(topic, serialize_message(message))
+    recording._receive(topic, serialize_message(message))
 
 
 def test_a_result_is_what_the_messages_say(recording: Recording) -> None:
@@ -136,14 +136,14 @@ def played(recording: Recording, tmp_path: Path, monkeypatch) -> SimpleNamespace
     """Return what plays a film of which two of four frames come, in a time that is made up."""
     clock = SimpleNamespace(now_s=0.0)
     clock.monotonic = lambda: clock.now_s
-    monkeypatch.setattr(module, 'time', clock)
-    monkeypatch.setattr(recording, 'connected', lambda: True)
-    recording.complete = 2
 
     def pass_time(seconds: float) -> None:
         clock.now_s += seconds
 
-    monkeypatch.setattr(recording._executor, 'spin_once', pass_time)
+    clock.sleep = pass_time
+    monkeypatch.setattr(module, 'time', clock)
+    monkeypatch.setattr(recording, 'connected', lambda: True)
+    recording.complete = 2
 
     def run(dead: str = '') -> float:
         film = open_input(Path(__file__).parents[3] / 'docs/images')

@@ -4,34 +4,25 @@
 
 from __future__ import annotations
 
-import os
-import struct
 import sys
 import time
-from collections.abc import Callable, MutableMapping
+from collections.abc import Callable
+from contextlib import closing
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import lz4.block
 import numpy as np
-import rclpy
-from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonInstanceStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from numpy.typing import NDArray
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
-from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
-from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import Image, JointState
 from tqdm import tqdm
 
 from gait_segmentation.cli.tool import POLL_S, preset_file
-from gait_segmentation.files.installed import prepare
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource
 from gait_segmentation.inputs.encodings import read_mono8
@@ -45,9 +36,7 @@ from gait_segmentation.streams.fields import (
     slot_topic,
     slot_topics,
 )
-from gait_tools.demo.processes import ProcessError, ProcessGroup
-
-NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter')
+from gait_tools.demo.nodes import NODES, Listener, ProcessError, ProcessGroup, ros
 
 _START_TIMEOUT_S = 900.0
 _FLOW_OUT_S = 5.0
@@ -57,17 +46,6 @@ _SUBSCRIBERS = {'box': 2, 'likelihood': 2, 'matched_box': 3, 'shape_prior': 2, '
 _SUBSCRIBERS |= {'mask': 1}
 """Of the topics of a slot, when the nodes and who records them are connected."""
 
-_CDR_STAMP = struct.Struct('=4xiI')
-"""Of a serialised message that begins with a header, in the byte order that DDS uses here."""
-
-
-def prepare_environment(environment: MutableMapping[str, str]) -> None:
-    """Keep the nodes to this computer and apart from other ROS systems on it."""
-    environment.setdefault('ROS_DOMAIN_ID', str(20 + os.getpid() % 80))
-    environment.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
-    environment.setdefault('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp')
-    prepare(environment)
-
 
 def read_stamps(path: Path) -> dict[int, int]:
     """Return what ``gait_source --stamps`` has written: stamps in nanoseconds by frame number."""
@@ -75,7 +53,7 @@ def read_stamps(path: Path) -> dict[int, int]:
     return {int(number): int(stamp_ns) for number, stamp_ns in pairs}
 
 
-class Recording:
+class Recording(Listener):
     """
     What the nodes publish of the frames of a film.
 
@@ -86,49 +64,27 @@ class Recording:
     def __init__(self, people: int) -> None:
         """Begin to listen to the nodes; rclpy must be initialised."""
         self.published: dict[int, int] = {}
-        self.arrived_s: dict[int, float] = {}
         self.complete = 0
         self._people = people
-        self._said: dict[str, dict[str, str]] = {name: {} for name in NODES}
         self._kept: dict[int, dict[str, bytes]] = {}
         self._kinds: dict[str, Any] = {'labels': Image, **slot_topics(_RECORDED, people)}
         self._latest_s = 0.0
-        self._node = Node('gait_demo')
-        qos = QoSProfile(depth=200)
-        for topic, kind in self._kinds.items():
-            self._node.create_subscription(kind, topic, partial(self._keep, topic), qos, raw=True)
-        self._node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, qos)
-        self._executor = SingleThreadedExecutor()
-        self._executor.add_node(self._node)
+        super().__init__(self._kinds)
 
-    def close(self) -> None:
-        """Stop listening."""
-        self._executor.shutdown()
-        self._node.destroy_node()
-
-    def _keep(self, topic: str, message: bytes) -> None:
-        # As it came, in little memory: whatever is done now takes time from the nodes.
-        seconds, nanoseconds = _CDR_STAMP.unpack_from(message)
-        stamp_ns = seconds * 1_000_000_000 + nanoseconds
+    def heard(self, topic: str, stamp_ns: int, frame_id: str, message: bytes) -> None:
+        """Keep a message as it came, in little memory."""
         self._latest_s = time.monotonic()
         if topic == 'labels':
-            self.arrived_s.setdefault(stamp_ns, time.time())
+            super().heard(topic, stamp_ns, frame_id, message)
         kept = self._kept.setdefault(stamp_ns, {})
         self.complete += topic not in kept and len(kept) + 1 == len(self._kinds)
         kept[topic] = lz4.block.compress(message)
 
-    def _diagnose(self, message: DiagnosticArray) -> None:
-        for status in message.status:
-            if status.name in self._said:
-                self._said[status.name] |= {each.key: each.value for each in status.values}
-
     def connected(self) -> bool:
         """Return whether the nodes are active and connected with each other and with this."""
         wanted = {'labels': 1, **slot_topics(_SUBSCRIBERS, self._people)}
-        said = self._said.values()
-        return all(each.get('state') == 'active' for each in said) and all(
-            max(int(each.get(f'subscribers of /{topic}', 0)) for each in said) >= count
-            for topic, count in wanted.items()
+        return self.active() >= set(NODES) and all(
+            self.subscribers(topic) >= count for topic, count in wanted.items()
         )
 
     def follow(self, done: Callable[[], bool], processes: ProcessGroup) -> None:
@@ -139,7 +95,7 @@ class Recording:
         """
         while not done():
             processes.check_running(*NODES)
-            self._executor.spin_once(POLL_S)
+            time.sleep(POLL_S)
 
     def follow_rest(self, processes: ProcessGroup) -> None:
         """Listen until all frames that were published have come, or nothing comes any more."""
@@ -153,7 +109,7 @@ class Recording:
 
     def release_held(self) -> None:
         """Deactivate the matcher, so that it publishes what it holds back for the next frames."""
-        client = self._node.create_client(ChangeState, 'gait_matcher/change_state')
+        client = self.node.create_client(ChangeState, 'gait_matcher/change_state')
         if client.wait_for_service(POLL_S):
             transition = Transition(id=Transition.TRANSITION_DEACTIVATE)
             client.call_async(ChangeState.Request(transition=transition))
@@ -164,7 +120,8 @@ class Recording:
 
     def dropped(self) -> dict[str, int]:
         """Return how many frames each node says it has dropped, of those that have."""
-        skipped = {name: int(said.get('skipped', 0)) for name, said in self._said.items()}
+        with self.lock:
+            skipped = {name: int(said.get('skipped', 0)) for name, said in self.status.items()}
         return {name: count for name, count in sorted(skipped.items()) if count}
 
     def result(self, number: int) -> FrameResult:
@@ -217,7 +174,6 @@ def play(
     :param reading: arguments of :func:`open_input` with which the film was opened.
     :raises ProcessError: if a process fails or the nodes do not connect.
     """
-    prepare_environment(os.environ)
     # As gait_segmentation.launch.py does; on a busy computer frames are to be late, not lost.
     words = ['--ros-args', '--params-file', str(preset_file(preset)), '-p', 'backlog:=90']
     words += ['-p', 'keep_images:=300', '-p', f'max_people:={people}']
@@ -225,19 +181,12 @@ def play(
         numbers = [float(each) for each in (box.x, box.y, box.width, box.height)]
         words += ['-p', f'initial_box:={numbers}']
     log_where_possible()
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    try:
-        with ProcessGroup(os.environ, logs) as processes:
-            for name in NODES:
-                processes.start(name, name.removeprefix('gait_'), *words)
-            recording = Recording(people)
-            try:
-                _record(recording, processes, film, logs / 'stamps.txt', reading)
-            finally:
-                recording.close()
-            return recording
-    finally:
-        rclpy.try_shutdown()
+    with ros(), ProcessGroup(logs) as processes:
+        for name in NODES:
+            processes.start_node(name, *words)
+        with closing(Recording(people)) as recording:
+            _record(recording, processes, film, logs / 'stamps.txt', reading)
+        return recording
 
 
 def _record(

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
-import os
 import signal
 import subprocess
 import sys
@@ -11,8 +10,10 @@ from pathlib import Path
 
 import pytest
 
-from gait_tools.demo import processes
-from gait_tools.demo.processes import ProcessError, ProcessGroup
+pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
+
+from gait_tools.demo import nodes
+from gait_tools.demo.nodes import ProcessError, ProcessGroup
 
 TIMEOUT_S = 120.0
 
@@ -31,7 +32,7 @@ def group(tmp_path: Path, monkeypatch) -> ProcessGroup:
     monkeypatch.setattr(
         subprocess, 'Popen', lambda given, **more: popen(words + given[3:], **more)
     )
-    return ProcessGroup(os.environ, tmp_path / 'logs')
+    return ProcessGroup(tmp_path / 'logs')
 
 
 def wait_for(ready, what: str) -> None:
@@ -48,7 +49,7 @@ def wait_for_output(group: ProcessGroup, name: str) -> None:
 def test_one_of_them_can_be_stopped_and_the_end_of_the_context_stops_all(
     group: ProcessGroup, monkeypatch
 ) -> None:
-    monkeypatch.setattr(processes, '_GRACE_S', TIMEOUT_S)
+    monkeypatch.setattr(nodes, '_GRACE_S', TIMEOUT_S)
     with group:
         for name in ('one', 'two', 'three'):
             group.start(name, SLEEP)
@@ -64,7 +65,7 @@ def test_one_of_them_can_be_stopped_and_the_end_of_the_context_stops_all(
 def test_a_process_that_ignores_interrupts_is_killed_and_named(
     group: ProcessGroup, monkeypatch
 ) -> None:
-    monkeypatch.setattr(processes, '_GRACE_S', 0.2)
+    monkeypatch.setattr(nodes, '_GRACE_S', 0.2)
     with group:
         group.start('stubborn', STUBBORN)
         wait_for_output(group, 'stubborn')

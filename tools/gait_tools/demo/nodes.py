@@ -1,0 +1,204 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The nodes as child processes, and what they publish."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import signal
+import struct
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.signals import SignalHandlerOptions
+
+from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.files.installed import prepare
+
+NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter')
+
+_GRACE_S = 5.0
+_LAST_LINES = 15
+_PR_SET_PDEATHSIG = 1
+_prctl = ctypes.CDLL(None).prctl
+
+_HEADER = struct.Struct('=4xiII')
+"""
+Of a serialised message that begins with a header, in the byte order that DDS uses here: stamp, and
+length of the frame_id.
+"""
+
+
+@contextlib.contextmanager
+def ros() -> Iterator[None]:
+    """Have rclpy initialised, on this computer alone and apart from other ROS systems on it."""
+    os.environ.setdefault('ROS_DOMAIN_ID', str(20 + os.getpid() % 80))
+    os.environ.setdefault('ROS_AUTOMATIC_DISCOVERY_RANGE', 'LOCALHOST')
+    os.environ.setdefault('RMW_IMPLEMENTATION', 'rmw_fastrtps_cpp')
+    prepare(os.environ)
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        yield
+    finally:
+        rclpy.try_shutdown()
+
+
+class ProcessError(GaitSegmentationError):
+    """A process that should run has ended, or ended with an error."""
+
+
+class ProcessGroup(contextlib.AbstractContextManager['ProcessGroup']):
+    """
+    Named processes whose output goes to log files.
+
+    As a context manager it stops all of them at the end, whatever happened: first with SIGINT,
+    those that are still there after 5 seconds with SIGKILL.  If this process is killed itself,
+    they are, too.
+    """
+
+    def __init__(self, logs: Path) -> None:
+        """Begin without processes; ``NAME.log`` of each will be in a folder."""
+        logs.mkdir(parents=True, exist_ok=True)
+        self._logs = logs
+        self._children: dict[str, subprocess.Popen[bytes]] = {}
+
+    def __exit__(self, *_: object) -> None:
+        """Stop all processes."""
+        self.stop()
+
+    def start(self, name: str, *arguments: str) -> None:
+        """Start ``python -m gait_segmentation arguments``."""
+        with open(self._logs / f'{name}.log', 'wb') as output:
+            self._children[name] = subprocess.Popen(
+                [sys.executable, '-m', 'gait_segmentation', *arguments],
+                env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)},
+                preexec_fn=partial(_prctl, _PR_SET_PDEATHSIG, signal.SIGKILL),
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+            )
+
+    def start_node(self, name: str, *arguments: str) -> None:
+        """Start a node, such as ``gait_tracker``."""
+        self.start(name, name.removeprefix('gait_'), *arguments)
+
+    def check_running(self, *names: str) -> None:
+        """
+        Make sure that these processes still run, and that no other has failed.
+
+        :raises ProcessError: with the name and the last lines of one that does not.
+        """
+        for name, process in self._children.items():
+            code = process.poll()
+            if code or (code is not None and name in names):
+                how = f'was killed by signal {-code}' if code < 0 else f'ended with code {code}'
+                raise ProcessError(f'{name} {how}\n{self.last_lines(name)}')
+
+    def ended(self, name: str) -> bool:
+        """Return whether a process has ended."""
+        return self._children[name].poll() is not None
+
+    def pid(self, name: str) -> int:
+        """Return the number of a process."""
+        return self._children[name].pid
+
+    def last_lines(self, name: str, count: int = _LAST_LINES) -> str:
+        """Return the end of a process's output, indented."""
+        text = (self._logs / f'{name}.log').read_text(encoding='utf-8', errors='replace')
+        return '\n'.join(f'    {line}' for line in text.splitlines()[-count:])
+
+    def stop(self, *names: str) -> None:
+        """Stop processes, all if none is named, and wait until they are gone."""
+        children = [self._children[name] for name in names or self._children]
+        for process in children:
+            process.send_signal(signal.SIGINT)
+        deadline = time.monotonic() + _GRACE_S
+        for process in children:
+            try:
+                process.wait(max(deadline - time.monotonic(), 0.0))
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+class Listener:
+    """
+    Hears what the nodes publish, and their diagnostics, in a thread of its own.
+
+    ``arrived_s`` has the times at which frames were first answered by their stamps in ns,
+    ``status`` what the nodes last said of themselves, by name.  Both are guarded by ``lock``.
+    """
+
+    def __init__(self, topics: Mapping[str, Any]) -> None:
+        """
+        Begin to listen; rclpy must be initialised.
+
+        :param topics: types of messages with headers, by the names of their topics.
+        """
+        self.lock = threading.Lock()
+        self.arrived_s: dict[int, float] = {}
+        self.status: dict[str, dict[str, str]] = {}
+        self.node = Node('listener')
+        qos = QoSProfile(depth=200)
+        for topic, kind in topics.items():
+            receive = partial(self._receive, topic)
+            # Raw, since whatever is done here takes time from the nodes.
+            self.node.create_subscription(kind, topic, receive, qos, raw=True)
+        self.node.create_subscription(DiagnosticArray, '/diagnostics', self._diagnose, qos)
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self.node)
+        self._thread = threading.Thread(target=self._spin, name='listener', daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._executor.shutdown()
+        self._thread.join()
+        self.node.destroy_node()
+
+    def active(self) -> set[str]:
+        """Return the names of the nodes that say that they are active."""
+        with self.lock:
+            return {name for name, said in self.status.items() if said.get('state') == 'active'}
+
+    def subscribers(self, topic: str) -> int:
+        """Return how many have subscribed to a topic of the nodes, as they say."""
+        key = f'subscribers of /{topic}'
+        with self.lock:
+            return max((int(said.get(key, '0')) for said in self.status.values()), default=0)
+
+    def heard(self, topic: str, stamp_ns: int, frame_id: str, message: bytes) -> None:
+        """Note a message, with the lock held."""
+        self.arrived_s.setdefault(stamp_ns, time.time())
+
+    def _receive(self, topic: str, message: bytes) -> None:
+        # What is cut off by whoever else publishes there is passed over.
+        if len(message) >= _HEADER.size:
+            seconds, nanoseconds, length = _HEADER.unpack_from(message)
+            frame_id = message[_HEADER.size : _HEADER.size + length].rstrip(b'\0')
+            with self.lock:
+                stamp_ns = seconds * 1_000_000_000 + nanoseconds
+                self.heard(topic, stamp_ns, frame_id.decode('latin1'), message)
+
+    def _diagnose(self, message: DiagnosticArray) -> None:
+        with self.lock:
+            for status in message.status:
+                said = {each.key: each.value for each in status.values}
+                self.status.setdefault(status.name, {}).update(said)
+
+    def _spin(self) -> None:
+        with contextlib.suppress(ExternalShutdownException):
+            self._executor.spin()
