@@ -19,18 +19,22 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from benchmarks.synthetic.camera import FOCAL_LENGTH, SyntheticCamera, SyntheticConfig
-from benchmarks.synthetic.clothing import make_outfit
 from benchmarks.synthetic.scenery import make_panorama
-from benchmarks.synthetic.walkers import Walker, draw_walker
+from benchmarks.synthetic.walkers import Walker, draw_walker, make_outfit
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.files.output_files import write_file
-from gait_segmentation.geometry import Box
+from gait_segmentation.geometry import BodyFrame, Box
 from gait_tools.evaluation.metrics import AMBIGUOUS, PERSON, UNCLEAR
 from gait_tools.evaluation.report import write_image
 from gait_tools.evaluation.sequence import frame_stamp_ns
 from gait_tools.gait_model import FIGURES
 from gait_tools.outputs import writing
+
+EYE_LEVEL = 0.9
+"""Height of the camera above the ground, in statures."""
+
+FOCAL_LENGTH = 1.1
+"""In image widths."""
 
 NEAREST = 0.3
 """Share of the first walker's distance at which people have walked past the camera."""
@@ -40,6 +44,112 @@ WALL_DISTANCE = 1.35
 
 MIXED = (13, 242)
 """Pixels covered more than the first and less than the second (of 255) are ambiguous."""
+
+
+@dataclass(frozen=True)
+class SyntheticConfig:
+    """
+    Parameters of a clip; sizes in pixels, deviations are standard deviations.
+
+    ``person_height`` is that of the first walker half way, who walks towards ``azimuth`` (radians:
+    0 right, pi/2 away, -pi/2 closer) with ``stride_rate`` strides (two steps) a second; ``pan`` is
+    how far the camera moves to the right a frame, seen on that walker.
+    """
+
+    seed: int = 0
+    width: int = 320
+    height: int = 240
+    fps: float = 25.0
+    frames: int = 50
+    person_height: float = 120.0
+    azimuth: float = 0.0
+    stride_rate: float = 0.9
+    build: str = 'average'
+    walkers: int = 1
+    pan: float = 0.0
+    jitter: float = 0.3
+    """Deviation of the camera's shake."""
+
+    clutter: float = 0.5
+    """Things before the wall: 0 none, 1 crowded."""
+
+    shadow: bool = False
+    """Whether walkers cast soft shadows."""
+
+    noise: float = 3.0
+    """Deviation of the sensor's noise, grey levels."""
+
+    blur: float = 0.5
+    """Deviation of the lens's blur."""
+
+
+class SyntheticCamera:
+    """
+    Where things of the place are seen, in pixels.
+
+    ``distance`` is that of the first walker half way, in statures; ``margin_x`` and ``margin_y``
+    are what pictures of the whole place, such as a panorama, have on each side beyond the image.
+    """
+
+    def __init__(self, config: SyntheticConfig, rng: np.random.Generator) -> None:
+        """Draw the shake."""
+        self._config = config
+        self._focal = FOCAL_LENGTH * config.width
+        # Level with the middle of the first walker's way, so that feet and head have room.
+        self._horizon = config.height / 2 + (0.5 - EYE_LEVEL) * config.person_height
+        self.distance = self._focal / config.person_height
+        self._shake = _shake(config.jitter, rng.standard_normal((config.frames, 2)))
+        moved = 4 * config.jitter + 4
+        self.margin_y = math.ceil(moved)
+        self.margin_x = math.ceil(abs(config.pan) * config.frames / 2 + moved)
+
+    @property
+    def place_shape(self) -> tuple[int, int]:
+        """Return rows and columns of a picture of the whole place."""
+        config = self._config
+        return config.height + 2 * self.margin_y, config.width + 2 * self.margin_x
+
+    def height_at(self, distance: float) -> float:
+        """Return how many pixels a stature is at a distance in statures."""
+        return self._focal / distance
+
+    def ground_at(self, distance: float) -> float:
+        """Return the row, in a picture of the whole place, of the ground at a distance."""
+        return self._horizon + EYE_LEVEL * self.height_at(distance) + self.margin_y
+
+    def body_at(self, x: float, z: float, number: int) -> BodyFrame:
+        """Return where somebody at (x, z) is seen in a frame."""
+        height = self.height_at(z)
+        dx, dy = self._shift(number, self.distance / z)
+        center_y = self._horizon + (EYE_LEVEL - 0.5) * height
+        return BodyFrame(self._config.width / 2 + x * height + dx, center_y + dy, height)
+
+    def view(self, picture: NDArray[np.generic], number: int, share: float) -> NDArray[np.float32]:
+        """
+        Cut what a frame shows out of a picture of the whole place.
+
+        :param share: speed with which the picture passes, over that of the first walker's.
+        """
+        dx, dy = self._shift(number, share)
+        matrix = np.array([[1, 0, dx - self.margin_x], [0, 1, dy - self.margin_y]])
+        size = (self._config.width, self._config.height)
+        moved = cv2.warpAffine(
+            picture, matrix, size, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
+        )
+        return np.asarray(moved, np.float32)
+
+    def _shift(self, number: int, share: float) -> tuple[float, float]:
+        """Return how far the picture moves; near things (share 1) pass faster than the wall."""
+        passed = self._config.pan * (number - (self._config.frames - 1) / 2)
+        return share * -passed + self._shake[number, 0], float(self._shake[number, 1])
+
+
+def _shake(jitter: float, steps: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (frames, 2) displacements of the picture, correlated as a hand's are."""
+    shake = np.zeros_like(steps)
+    for number in range(1, len(steps)):
+        shake[number] = 0.8 * shake[number - 1] + 0.6 * steps[number]
+    return np.clip(jitter * shake, -3 * jitter, 3 * jitter)
 
 
 @dataclass(frozen=True)
@@ -87,26 +197,13 @@ class SyntheticSequence:
         self._last: SyntheticFrame | None = None
 
     @property
-    def numbers(self) -> list[int]:
-        """Return the numbers of the frames."""
-        return list(range(self.config.frames))
-
-    @property
     def initial_box(self) -> Box | None:
         """Return the box of the first walker in the first frame, None if not to be seen."""
         return self.frame(0).boxes[0]
 
-    def stamp_ns(self, number: int) -> int:
-        """Return the stamp of a frame in nanoseconds."""
-        return frame_stamp_ns(number, self.config.fps)
-
-    def __len__(self) -> int:
-        """Return the number of frames."""
-        return self.config.frames
-
     def __iter__(self) -> Iterator[SyntheticFrame]:
         """Go through the frames in order."""
-        return (self.frame(number) for number in self.numbers)
+        return (self.frame(number) for number in range(self.config.frames))
 
     def frame(self, number: int) -> SyntheticFrame:
         """
@@ -158,13 +255,15 @@ class SyntheticSequence:
         seconds = self.seconds(number)
         picture = self._camera.view(self._panorama, number, 1 / WALL_DISTANCE)
         seen = [np.zeros(picture.shape[:2], np.float32) for _ in self.walkers]
+        places = [each.place_at(seconds) for each in self.walkers]
         # The farthest first.
-        for index, each in sorted(enumerate(self.walkers), key=lambda it: -it[1].at(seconds).z):
-            where = each.at(seconds)
-            if where.z < NEAREST * self._camera.distance:
+        for index in sorted(range(len(places)), key=lambda index: -places[index][1]):
+            walker, (x, z) = self.walkers[index], places[index]
+            if z < NEAREST * self._camera.distance:
                 continue
-            body = self._camera.body_at(where.x, where.z, number)
-            cover = draw_walker(picture, each, body, where, self.config.shadow)
+            body = self._camera.body_at(x, z, number)
+            phase = walker.phase_at(seconds)
+            cover = draw_walker(picture, walker, body, phase, self.config.shadow)
             for behind in seen:
                 behind *= 1 - cover
             seen[index] = cover
@@ -187,7 +286,7 @@ class SyntheticSequence:
             labels[mask > 0] = index + 1
         return SyntheticFrame(
             number=number,
-            stamp_ns=self.stamp_ns(number),
+            stamp_ns=frame_stamp_ns(number, self.config.fps),
             image=image,
             labels=labels,
             true_labels=np.where(mixed.any(axis=0), UNCLEAR, labels).astype(np.uint8),
@@ -197,8 +296,8 @@ class SyntheticSequence:
                 for rim, mask in zip(mixed, masks, strict=True)
             ),
             boxes=tuple(Box.around(mask) for mask in masks),
-            phases=tuple(walker.near_phase(seconds) for walker in self.walkers),
-            azimuths=tuple(walker.at(seconds).azimuth for walker in self.walkers),
+            phases=tuple(walker.near_phase_at(seconds) for walker in self.walkers),
+            azimuths=tuple(walker.azimuth for walker in self.walkers),
         )
 
 

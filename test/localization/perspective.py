@@ -12,8 +12,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.synthetic.clothing import make_outfit
 from benchmarks.synthetic.scenery import make_panorama
+from benchmarks.synthetic.walkers import make_outfit
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.localization import CameraPose, Localizer, Location, PinholeCamera
 from gait_segmentation.results import MatchResult
