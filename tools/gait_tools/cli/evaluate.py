@@ -21,14 +21,14 @@ from tqdm import tqdm
 from gait_segmentation.cli.tool import add_config_options, command_parser, preset_file, run_tool
 from gait_segmentation.config import overridden
 from gait_segmentation.files.output_files import keep_apart
-from gait_tools.evaluation.ablation import (
-    ABLATIONS,
-    compare,
+from gait_tools.evaluation.report import (
     comparison_table,
     plot_priors,
+    table,
+    tracking_table,
+    write_json,
 )
-from gait_tools.evaluation.report import table, tracking_table, write_json
-from gait_tools.evaluation.session import Session, load_sequences
+from gait_tools.evaluation.session import ABLATIONS, Session, load_sequences
 from gait_tools.outputs import check_file, is_own_picture, keep_others, make_folder
 
 Item = TypeVar('Item')
@@ -200,7 +200,7 @@ def evaluate(options: argparse.Namespace) -> None:
     report = session.evaluate(config, options.out)
     say(f'{table(report)}\n\n{tracking_table(report)}')
     if options.ablate is not None:
-        found = compare(session, config, report, options.ablate)
+        found = session.compare(config, report, options.ablate)
         say(f'\n{comparison_table(options.ablate, report, found)}')
         if options.ablate == 'priors' and options.out is not None:
             plot_priors(options.out / 'priors.png', found)

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,28 +20,7 @@ from gait_tools.evaluation.sequence import Sequence
 
 if TYPE_CHECKING:
     # Which takes long to load.
-    from gait_segmentation.pipeline import PersonResult
-
-
-class Runnable(Protocol):
-    """What an evaluation needs of a pipeline; see :class:`gait_segmentation.pipeline.Pipeline`."""
-
-    def initialize(self, box: Box) -> None:
-        """Start a track at the next frame."""
-
-    def update(
-        self,
-        image: NDArray[np.uint8],
-        stamp_ns: int,
-        likelihood: NDArray[np.uint8] | None = None,
-    ) -> list[Any]:
-        """Take in a frame, return the results that are complete."""
-
-    def add_heat_map(self, heat_map: NDArray[np.uint8], stamp_ns: int) -> None:
-        """Take in the heat map of the frame with a stamp, which may have come."""
-
-    def flush(self) -> list[Any]:
-        """Return the results held back."""
+    from gait_segmentation.pipeline import FrameResult, PersonResult, Pipeline
 
 
 @dataclass(frozen=True)
@@ -65,7 +44,7 @@ class Outcome:
 
 
 def run(
-    pipeline: Runnable,
+    pipeline: Pipeline,
     sequence: Sequence,
     numbers: Iterable[int],
     starts: Mapping[int, Iterable[Box]],
@@ -106,7 +85,11 @@ def run(
 
 
 def _outcome(
-    sequence: Sequence, number: int, shape: tuple[int, ...], seconds: float, result: Any
+    sequence: Sequence,
+    number: int,
+    shape: tuple[int, ...],
+    seconds: float,
+    result: FrameResult | None,
 ) -> Outcome:
     truth = sequence.truth(number)
     if result is None:

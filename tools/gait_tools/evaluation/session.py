@@ -1,22 +1,26 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One evaluation: several sequences, one configuration, one report."""
+"""One evaluation: several sequences, one configuration, one report; and ablations."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence as ListLike
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from gait_segmentation.config import replaced
+from gait_segmentation.config import parameters_of, replaced, stages_of
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_tools.evaluation.metrics import PERSON, start_box
 from gait_tools.evaluation.report import SequenceOutput, Summary, mean_of, restart_report
-from gait_tools.evaluation.runner import Outcome, Runnable, run
+from gait_tools.evaluation.runner import Outcome, run
 from gait_tools.evaluation.sequence import Sequence, read_mask
 from gait_tools.evaluation.tracking_score import TrackingScore, first_frames
+
+if TYPE_CHECKING:
+    # Which takes long to load.
+    from gait_segmentation.pipeline import Pipeline
 
 RESTART_EVERY = 10
 """Frames between the starts of the restart score."""
@@ -85,6 +89,28 @@ def restarts_of(sequence: Sequence) -> list[tuple[list[int], Box]]:
     return found
 
 
+def priors(config: Any) -> dict[str, Any]:
+    """Return a pipeline's configuration with each shape prior there is."""
+    about = {about.name: about for about in parameters_of(config.segmentation)}['prior']
+    return {
+        prior: replaced(config, 'segmentation', 'prior', prior) for prior in about.choices or ()
+    }
+
+
+def ingredients(config: Any) -> dict[str, Any]:
+    """Return it without each ``use_...`` parameter that is on, by ``stage.parameter``."""
+    return {
+        f'{stage}.{about.name}': replaced(config, stage, about.name, False)
+        for stage, values in stages_of(config).items()
+        for about in parameters_of(values)
+        if about.type is bool and about.name.startswith('use_') and getattr(values, about.name)
+    }
+
+
+ABLATIONS = {'priors': priors, 'ingredients': ingredients}
+"""What makes the configurations to compare of the one that is used."""
+
+
 @dataclass(frozen=True)
 class Session:
     """
@@ -102,7 +128,7 @@ class Session:
     """
 
     sequences: ListLike[Sequence]
-    make_pipeline: Callable[[Any], Runnable]
+    make_pipeline: Callable[[Any], Pipeline]
     clock: Callable[[], float]
     restarts: bool = False
     warm: bool = False
@@ -134,6 +160,21 @@ class Session:
                 starts[kind][sequence.name] = dict(self.progress(runs, f'{title} {kind}', count))
         report: dict[str, Any] = {'sequences': rows, 'mean': mean_of(rows)}
         return report | {kind: restart_report(starts[kind]) for kind in kinds}
+
+    def compare(
+        self, config: Any, base: Mapping[str, Any], ablation: str
+    ) -> dict[str, dict[str, Any]]:
+        """
+        Evaluate the configurations of an ablation.
+
+        :param base: the report of ``config`` itself, not run again.
+        :param ablation: one of :data:`ABLATIONS`.
+        :returns: the reports by name.
+        """
+        return {
+            name: dict(base) if changed == config else self.evaluate(changed, name=name)
+            for name, changed in ABLATIONS[ablation](config).items()
+        }
 
     def _run(
         self,
