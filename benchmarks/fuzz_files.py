@@ -27,19 +27,33 @@ import subprocess
 import sys
 import tempfile
 import traceback
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from random import Random
 
+import cv2
+import numpy as np
 from hypothesis import strategies as st
+from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks.fuzzing import fuzz
-from benchmarks.spoilt_files import KINDS, MUTATIONS, PLACES, command_of, make_inputs, mutate
+from benchmarks.fuzzing import CHANGES, fuzz
+from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
+from gait_segmentation.segmentation.vocabulary import default_vocabulary
+from gait_tools.vocabulary_training import write_vocabulary
+from test.inputs.bags import (
+    compressed_fields,
+    image_fields,
+    stamp,
+    write_bag1,
+    write_bag2,
+    write_compressed_bag2,
+)
+from test.walkers import small_bank
 
 MODULES = {
     'gait_replay': 'gait_segmentation.cli.replay',
@@ -57,6 +71,159 @@ PROCESSES, FULL_DISKS, SAME = 0.02, 0.1, 0.05
 
 MEMORY = 12 << 30
 """Bytes of addresses, so that a mistake does not take the whole machine."""
+
+_CLIP = SyntheticConfig(seed=6, frames=4, width=96, height=80, person_height=50.0)
+_ALONE = {
+    'alone.mcap': 'bag_mcap/bag_mcap.mcap',
+    'alone.db3': 'bag_sqlite/bag_sqlite.db3',
+    'alone.db3.zstd': 'packed/packed.db3.zstd',
+}
+"""Recordings that are copies of others."""
+
+_RECORDINGS = (
+    *('film.mp4', 'film.avi', 'png', 'jpg', 'ros1.bag'),
+    *('bag_mcap', 'bag_sqlite', 'bag_jpeg', 'bag_zstd', *_ALONE),
+)
+KINDS = (*_RECORDINGS, 'sequence', 'params.yaml', 'bank.npz', 'words.json', 'silhouettes')
+"""Names of the inputs in their folder."""
+
+PLACES = {
+    '--masks': 'masks',
+    '--overlay': 'overlay.mp4',
+    '--csv': 'table.csv',
+    '--opengait': 'gait',
+    '--stamps': 'stamps.txt',
+    '--json': 'a.json',
+}
+"""Where the commands write to, by the option that says so; the others write to ``--out``."""
+
+_PARAMS = """\
+/**:
+  ros__parameters:
+    max_people: 2
+    matching: {lag: 1, window: 1.5}
+    segmentation.prior: default
+/robot/gait_tracker:
+  ros__parameters:
+    initial_box: [10, 12, 30.5, 50]
+    tracking.use_tilt: true
+"""
+
+
+def _write_images(folder: Path, images: list[np.ndarray], suffix: str = 'png') -> None:
+    folder.mkdir()
+    for number, image in enumerate(images):
+        cv2.imwrite(str(folder / f'{number:04d}.{suffix}'), image)
+
+
+def make_inputs(folder: Path) -> None:
+    """Write one input of every kind."""
+    clip = SyntheticSequence(_CLIP)
+    frames = [frame.image for frame in clip]
+    for name, code in (('film.mp4', 'mp4v'), ('film.avi', 'MJPG')):
+        size = frames[0].shape[1::-1]
+        film = cv2.VideoWriter(str(folder / name), cv2.VideoWriter.fourcc(*code), 25, size)
+        for frame in frames:
+            film.write(frame)
+        film.release()
+    for suffix in ('png', 'jpg'):
+        _write_images(folder / suffix, frames, suffix)
+    raw = {'/image': [image_fields(each, stamp(index)) for index, each in enumerate(frames)]}
+    jpeg = {'/image': [compressed_fields(each, stamp(n), 'jpeg') for n, each in enumerate(frames)]}
+    sqlite = StoragePlugin.SQLITE3
+    write_bag2(folder / 'bag_mcap', raw)
+    write_bag2(folder / 'bag_sqlite', raw, sqlite)
+    write_bag2(folder / 'bag_jpeg', jpeg)
+    write_compressed_bag2(folder / 'bag_zstd', raw, CompressionMode.MESSAGE, sqlite)
+    write_compressed_bag2(folder / 'packed', raw, CompressionMode.FILE, sqlite)
+    write_bag1(folder / 'ros1.bag', raw)
+    for name, source in _ALONE.items():
+        (folder / name).write_bytes((folder / source).read_bytes())
+    clip.write(folder / 'sequence')
+    heats = [cv2.blur(frame.truths[0], (9, 9)) for frame in clip]
+    _write_images(folder / 'sequence/heat', heats)
+    (folder / 'params.yaml').write_text(_PARAMS)
+    small_bank().save(folder / 'bank.npz')
+    write_vocabulary(default_vocabulary(), folder / 'words.json')
+    silhouette = np.where(np.pad(small_bank().templates[0, 0], 8) > 127, 255, 0).astype(np.uint8)
+    _write_images(folder / 'silhouettes', [silhouette] * 3)
+
+
+def command_of(kind: str, rng: Random, given: str, good: Path) -> list[str]:
+    """
+    Return a command line that reads an input.
+
+    :param given: the input's name.
+    :param good: the folder of valid inputs.
+    """
+    out, bank = ['--out', 'out'], ['--bank', str(good / 'bank.npz')]
+    short = ['gait_replay', str(good / 'film.mp4'), '--count', '2', *out]
+    if kind in _RECORDINGS:
+        chosen = [each for each in list(PLACES.items())[:4] if rng.random() < 0.25]
+        options = [word for option_and_place in chosen for word in option_and_place]
+        options += ['--force'] if rng.random() < 0.2 else []
+        replay = ['gait_replay', given, *out, *bank, *options]
+        # A box outside of every image ends gait_demo before it starts nodes.
+        demo = ['gait_demo', '--clip', given, '--box', '9e9', '0', '1', '1', '--out', 'demo']
+        source = ['gait_source', given, '--rate', '1000', '--stamps', 'stamps.txt']
+        return rng.choice([replay, replay, replay, replay, source, demo])
+    if kind == 'sequence':
+        more = rng.choice([[], ['--likelihood', 'heat'], ['--init', 'auto'], ['--restarts']])
+        return ['gait_evaluate', given, '--out', 'eval', '--json', 'a.json', *more]
+    if kind == 'params.yaml':
+        return [*short, *bank, '--params', given]
+    if kind == 'words.json':
+        settings = (f'segmentation.vocabulary={given}', 'segmentation.prior=paper')
+        return [*short, *bank, *(word for each in settings for word in ('--set', each))]
+    if kind == 'bank.npz':
+        info, show = ['info', given, '--json'], ['show', given, '-o', 'bank.png']
+        return rng.choice([[*short, '--bank', given], ['gait_bank', *info], ['gait_bank', *show]])
+    build = ['build', 'made.npz', '--from', given, '--azimuth', '0']
+    words = ['vocabulary', 'made.json', '--from', given, '--words', '2', '--points', '300']
+    return ['gait_bank', *rng.choice([build, [*words, '--picture', 'words.png']])]
+
+
+_NAMES = ('9' * 40, '-x', 'ä ö', 'a\nb', '\udcff', 'x' * 240, '.hidden', '0')
+
+
+def _forbidden(rng: Random, path: Path) -> None:
+    path.write_bytes(b'secret')
+    path.chmod(0)
+
+
+_DEVICES = ('/dev/null', '/dev/zero', '/dev/full', '/dev/tty')
+_REPLACEMENTS: dict[str, Callable[[Random, Path], object]] = {
+    'fifo': lambda rng, path: os.mkfifo(path),
+    'device': lambda rng, path: path.symlink_to(rng.choice(_DEVICES)),
+    'folder': lambda rng, path: path.mkdir(),
+    'link in a circle': lambda rng, path: path.symlink_to(path.name),
+    'link to nothing': lambda rng, path: path.symlink_to('nowhere'),
+    'missing': lambda rng, path: None,
+    'forbidden': _forbidden,
+}
+MUTATIONS = (*[*CHANGES] * 2, *_REPLACEMENTS, 'name')
+"""What may have become of a file."""
+
+
+def mutate(path: Path, how: str, rng: Random) -> Path:
+    """
+    Change an input, one of its files if it is a folder.
+
+    :returns: where the input is now.
+    """
+    files = sorted(each for each in path.rglob('*') if each.is_file()) or [path]
+    if how == 'text':
+        files = [each for each in files if each.suffix in ('.yaml', '.json')] or files
+    chosen = rng.choice(files)
+    if how == 'name':
+        moved = chosen.rename(chosen.with_name(rng.choice(_NAMES) + chosen.suffix))
+        return moved if chosen == path else path
+    if how in CHANGES:
+        chosen.write_bytes(CHANGES[how](rng, chosen.read_bytes()))
+    else:
+        chosen.unlink()
+        _REPLACEMENTS[how](rng, chosen)
+    return path
 
 
 @cache

@@ -21,9 +21,7 @@ again, and what was sent before is printed.  Exit code 0: all holds; 1: somethin
 
 from __future__ import annotations
 
-import argparse
 import re
-import secrets
 import sys
 import tempfile
 import threading
@@ -38,6 +36,7 @@ from sensor_msgs.msg import Image
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks import holds
+from benchmarks.fuzzing import fuzz_parser
 from benchmarks.running_nodes import ALL_NODES, STYLES, resident_mib, wait
 from benchmarks.spoilt_messages import (
     KINDS,
@@ -333,14 +332,9 @@ class Fuzz:
 
 def main() -> int:
     """Send, measure, print, and say whether what is promised holds."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    add = parser.add_argument
-    add('--messages', type=int, default=20_000, metavar='N')
-    add('--seed', type=int, default=secrets.randbelow(1 << 32), metavar='S', help='random')
-    add('--minutes', type=float, default=20.0, metavar='M', help='at most (%(default)s)')
-    add('--logs', type=Path, metavar='FOLDER', help='keep what the nodes log')
+    parser = fuzz_parser(__doc__ or '', minutes=20.0)
+    parser.add_argument('--messages', type=int, default=20_000, metavar='N')
+    parser.add_argument('--logs', type=Path, metavar='FOLDER', help='keep what the nodes log')
     options = parser.parse_args()
     print(f'seed {options.seed}', flush=True)
     fine, end = True, time.monotonic()

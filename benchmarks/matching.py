@@ -19,8 +19,7 @@ result, with all placements (``all``) and those searched by default (``usual``),
 number of templates: one view of the standard bank, and all of it.
 
 Times are medians of repeats, the sizes of a kind in turn, of the processor time of the one thread
-that works, so that other programs on the machine disturb them little; ``--wall`` takes the clock
-instead.
+that works, so that other programs on the machine disturb them little.
 A call that is not timed goes before each that is, so that all find their own caches warm.
 Prints the table, writes it with ``--json`` and draws docs/images/matching_scaling.png with
 ``--plots``.
@@ -179,11 +178,11 @@ def templates(count: int) -> dict[str, Images]:
     }
 
 
-def cost(action: Callable[[], object], clock: Callable[[], float]) -> float:
-    """Return the milliseconds of one call."""
-    started = clock()
+def cost(action: Callable[[], object]) -> float:
+    """Return the milliseconds of one call, of the processor time of this thread."""
+    started = time.thread_time()
     action()
-    return 1e3 * (clock() - started)
+    return 1e3 * (time.thread_time() - started)
 
 
 def equal_results(banks: dict[str, Images], images: Images) -> bool:
@@ -204,7 +203,7 @@ def equal_results(banks: dict[str, Images], images: Images) -> bool:
     )
 
 
-def measure_kernels(repeats: int, clock: Callable[[], float]) -> dict[str, Any]:
+def measure_kernels(repeats: int) -> dict[str, Any]:
     """Time all kernels at all sizes."""
     images = likelihoods()
     runs: dict[tuple[str, int], Callable[[], object]] = {}
@@ -250,7 +249,7 @@ def measure_kernels(repeats: int, clock: Callable[[], float]) -> dict[str, Any]:
         for _ in range(max(3, repeats // 10) if heavy else repeats):
             for count in COUNTS:
                 runs[label, count]()
-                times[label, count].append(cost(runs[label, count], clock))
+                times[label, count].append(cost(runs[label, count]))
     table: dict[str, dict[str, float]] = {}
     for (label, count), values in times.items():
         middle = float(np.median(values)) * parts.get((label, count), 1.0)
@@ -264,9 +263,7 @@ def measure_kernels(repeats: int, clock: Callable[[], float]) -> dict[str, Any]:
     }
 
 
-def measure_updates(
-    bank: TemplateBank, repeats: int, clock: Callable[[], float]
-) -> dict[str, dict[str, float]]:
+def measure_updates(bank: TemplateBank, repeats: int) -> dict[str, dict[str, float]]:
     """Time whole updates by kernel, number of templates and what is searched."""
     # Off the profile, whose two halves of a stride are alike.
     single = TemplateBank(bank.templates[1:2], bank.azimuth[1:2], bank.builds[1:2], bank.fill)
@@ -280,12 +277,12 @@ def measure_updates(
                 ('usual', {}),
             ):
                 config = MatchingConfig(kernel=kernel, **searched)
-                took = measure_update(SequenceMatcher(some, config), few, clock)
+                took = measure_update(SequenceMatcher(some, config), few)
                 found.setdefault(kernel, {})[f'{count} {what}'] = took
     return found
 
 
-def measure_update(matcher: SequenceMatcher, repeats: int, clock: Callable[[], float]) -> float:
+def measure_update(matcher: SequenceMatcher, repeats: int) -> float:
     """Return the median time of an update, the first 20 of a walk left out."""
     cv2.setNumThreads(1)
     rng = np.random.default_rng(0)
@@ -301,8 +298,7 @@ def measure_update(matcher: SequenceMatcher, repeats: int, clock: Callable[[], f
             cost(
                 lambda likelihood=likelihood, box=box, stamp=stamp: matcher.update(
                     likelihood, box, stamp, track_id=1, source_size=(320, 240)
-                ),
-                clock,
+                )
             )
         )
     return round(float(np.median(times[20:])), 3)
@@ -349,11 +345,9 @@ def main() -> int:
     parser.add_argument('--json', type=Path, help='write the figures here')
     parser.add_argument('--plots', action='store_true', help='draw the figure of the docs')
     parser.add_argument('--repeats', type=int, default=61)
-    parser.add_argument('--wall', action='store_true', help='time by the clock')
     arguments = parser.parse_args()
-    clock = time.perf_counter if arguments.wall else time.thread_time
-    report = measure_kernels(arguments.repeats, clock)
-    report['update_ms'] = measure_updates(default_bank(), arguments.repeats, clock)
+    report = measure_kernels(arguments.repeats)
+    report['update_ms'] = measure_updates(default_bank(), arguments.repeats)
     for label, values in report['ms'].items():
         print(f'{label:20s}', *(f'{k:>4s}: {v:9.3f}' for k, v in values.items()))
     for name in KINDS:

@@ -74,7 +74,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline
 from gait_tools.demo.nodes import Listener, ProcessError, ProcessGroup
-from gait_tools.demo.recording import play as play_film, read_stamps
+from gait_tools.demo.recording import play as play_film
 from gait_tools.evaluation.metrics import jaccard
 from gait_tools.evaluation.runner import run
 from gait_tools.evaluation.sequence import Sequence
@@ -104,8 +104,8 @@ STEPS = 60
 FLOW_OUT_S = 3.0
 
 
-def write_clip(folder: Path, size: tuple[int, int], count: int) -> Box:
-    """Write ``count`` frames of somebody who walks to and fro; return the first box."""
+def write_walker(frames: Path, size: tuple[int, int]) -> Box:
+    """Write frames of somebody who walks to and fro for ever, if looped; return the first box."""
     clip = SyntheticSequence(
         SyntheticConfig(
             width=size[0],
@@ -117,41 +117,14 @@ def write_clip(folder: Path, size: tuple[int, int], count: int) -> Box:
             clutter=0.7,
         )
     )
-    for frame in clip:
-        # Uncompressed, so that decoding does not compete with the nodes.
-        cv2.imwrite(str(folder / f'once{frame.number:03d}.bmp'), frame.image)
-    shown = folder / 'frames'
-    shown.mkdir()
-    there_and_back = [*range(STEPS), *range(STEPS - 2, 0, -1)]
-    for number in range(count):
-        step = there_and_back[number % len(there_and_back)]
-        (shown / f'{number:06d}.bmp').symlink_to(folder / f'once{step:03d}.bmp')
+    there = [frame.image for frame in clip]
+    write_images(frames, [*there, *there[-2:0:-1]])
     assert clip.initial_box is not None
     return clip.initial_box
 
 
-def play(
-    processes: ProcessGroup, nodes: tuple[str, ...], film: Path, rate: float, *options: str
-) -> Path:
-    """Start to play a film to the nodes; return the file that will have its stamps."""
-    stamps = film.parent / 'stamps.txt'
-    processes.start(
-        'gait_source', 'source', str(film),
-        '--rate', str(rate), '--wait-for', str(min(len(nodes), 2)),
-        '--delay', '1', '--stamps', str(stamps), *options,
-    )  # fmt: skip
-    return stamps
-
-
-def size_of(text: str) -> tuple[int, int]:
-    """Read a size such as 640x480."""
-    width, height = map(int, text.split('x'))
-    return width, height
-
-
-def write_scenes(folder: Path) -> None:
-    """Write the frames of the scenes, uncompressed, so that decoding costs little."""
-    folder.mkdir()
+def write_scenes(frames: Path) -> None:
+    """Write the frames of the scenes."""
     noise = np.random.default_rng(0)
     images: list[np.ndarray] = []
     for seed in range(SCENES):
@@ -160,8 +133,20 @@ def write_scenes(folder: Path) -> None:
         )
         images += [frame.image for frame in SyntheticSequence(config)]
         images += [noise.integers(0, 256, images[-1].shape, np.uint8) for _ in range(NOISE_FRAMES)]
+    write_images(frames, images)
+
+
+def write_images(folder: Path, images: list[np.ndarray]) -> None:
+    """Write images uncompressed, so that decoding does not compete with the nodes."""
+    folder.mkdir()
     for number, image in enumerate(images):
         cv2.imwrite(str(folder / f'{number:06d}.bmp'), image)
+
+
+def size_of(text: str) -> tuple[int, int]:
+    """Read a size such as 640x480."""
+    width, height = map(int, text.split('x'))
+    return width, height
 
 
 def lag_of(options: argparse.Namespace) -> int:
@@ -179,30 +164,28 @@ def measure(style: str, size: tuple[int, int], options: argparse.Namespace) -> d
     """Measure one style at one size."""
     nodes, memory = STYLES[style], []
     with tempfile.TemporaryDirectory() as folder, session() as (processes, listener):
-        film, box = Path(folder) / 'frames', None
-        if options.people:
-            write_scenes(film)
-        else:
-            box = write_clip(Path(folder), size, max(2, round(options.seconds * options.rate)))
+        film, stamps = Path(folder) / 'frames', Path(folder) / 'stamps.txt'
+        box = write_scenes(film) if options.people else write_walker(film, size)
         parameters = f'max_people:={options.people or 1}', *options.parameters
         preset = preset_file(options.preset) if options.preset else None
         start(processes, nodes, listener, *parameters, box=box, preset=preset)
-        played = play(
-            processes, nodes, film, options.rate, *(['--loop'] if options.people else [])
-        )
+        processes.start(
+            'gait_source', 'source', str(film), '--loop',
+            '--rate', str(options.rate), '--wait-for', str(min(len(nodes), 2)),
+            '--delay', '1', '--stamps', str(stamps),
+        )  # fmt: skip
         wait(lambda: bool(listener.arrived_s) or processes.ended('gait_source'), float('inf'))
         pids = [processes.pid(name) for name in nodes]
         began, used = time.monotonic(), sum(map(processor_seconds, pids))
-        while not processes.ended('gait_source'):
-            processes.check_running(*nodes)
+        while (passed := time.monotonic() - began) < options.seconds:
+            processes.check_running(*nodes, 'gait_source')
             memory.append(sum(map(resident_mib, pids)))
-            if options.people and time.monotonic() - began > options.seconds:
-                processes.stop('gait_source')
             time.sleep(SAMPLE_S)
-        passed = max(time.monotonic() - began, 1e-9)
         used = sum(map(processor_seconds, pids)) - used
+        processes.stop('gait_source')
         time.sleep(FLOW_OUT_S)
-        published, arrived = sorted(read_stamps(played).values()), dict(listener.arrived_s)
+        published = [int(line.split()[1]) for line in stamps.read_text().splitlines()]
+        arrived = dict(listener.arrived_s)
     if not published or not arrived:
         raise ProcessError(f'{style}: {len(published)} frames published, none answered')
     latency = {t: 1e3 * (arrived[t] - t / 1e9) for t in published if t in arrived}
@@ -329,8 +312,9 @@ def killed(nodes: tuple[str, ...], kills: int, seed: int) -> bool:
     """Kill each of some nodes that work together a number of times; say whether all holds."""
     chance = random.Random(seed)
     with tempfile.TemporaryDirectory() as folder, session() as (processes, listener):
-        write_clip(Path(folder), (640, 480), 118)
-        stage = Kills(processes, listener, nodes, Path(folder) / 'frames')
+        frames = Path(folder) / 'frames'
+        write_walker(frames, (640, 480))
+        stage = Kills(processes, listener, nodes, frames)
         for _ in range(kills):
             for name in nodes:
                 time.sleep(STEADY_S + chance.random())

@@ -30,7 +30,6 @@ before calibrated cameras, in metres.  ``--set`` changes a parameter of all that
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import itertools
 import math
 import statistics
@@ -43,7 +42,6 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from tqdm import tqdm
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -56,13 +54,13 @@ from gait_segmentation.config import overridden, parameters_of, replaced
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.kernels import compile_kernels
-from gait_segmentation.matching import SequenceMatcher
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.segmentation import PeopleSegmenter
 from gait_tools.evaluation.metrics import error_percent, evaluation_window
 from gait_tools.evaluation.report import aligned, tracking_table, write_json
 from gait_tools.evaluation.sequence import Sequence
 from gait_tools.evaluation.session import Session, load_sequences
+from gait_tools.figures.walk import Given, Shot, Walk, phases_of, record
 from gait_tools.gait_model import FIGURES
 from gait_tools.outputs import check_file
 
@@ -208,26 +206,15 @@ def compare_priors(folders: list[Path], config: PipelineConfig) -> Numbers:
     return {name: dict(zip(priors, each, strict=True)) for name, each in found.items()}
 
 
-def phases_of(clip: SyntheticSequence, config: PipelineConfig) -> dict[str, NDArray[np.float64]]:
-    """Return the phases of a walker in every frame, by three ways of matching."""
-    pipeline, bank = Pipeline(config), default_bank()
-    alone = SequenceMatcher(bank, dataclasses.replace(config.matching, lag=0))
+def recorded(clip: SyntheticSequence, config: PipelineConfig) -> list[Shot]:
+    """Return what the pipeline makes of a walker."""
     assert clip.initial_box is not None
-    pipeline.initialize(clip.initial_box)
-    results = [each for frame in clip for each in pipeline.update(frame.image, frame.stamp_ns)]
-    found: dict[str, list[float]] = {'independent': [], 'path': [], 'clock': []}
-    for result in [*results, *pipeline.flush()]:
-        track, match = result.people[0].track, result.people[0].match
-        alone.reset()
-        (single,) = alone.update(
-            track.likelihood, track.body, track.stamp_ns, track_id=track.track_id,
-            source_size=(clip.config.width, clip.config.height), angle=track.angle,
-        )  # fmt: skip
-        known = math.nan if match.body is None else 1.0
-        found['independent'].append(known * single.phase_index / bank.phases)
-        found['path'].append(known * match.phase_index / bank.phases)
-        found['clock'].append(known * match.phase)
-    return {name: np.array(phases) for name, phases in found.items()}
+
+    def frames() -> Iterator[Given]:
+        for each in clip:
+            yield Given(each.number, each.stamp_ns, each.image, each.truths[0], each.phases[0])
+
+    return record(Pipeline(config), Walk('walker', clip.initial_box, frames))
 
 
 def compare_phases(seed: int, used: PipelineConfig) -> Numbers:
@@ -238,25 +225,22 @@ def compare_phases(seed: int, used: PipelineConfig) -> Numbers:
             lot, frames = 100 * seed + len(WALKS) * place + number, round(3 * fps)
             way, build = math.radians(degrees), FIGURES[lot % len(FIGURES)]
             config = SyntheticConfig(lot, 480, 320, fps, frames, height, way, rate, build)
-            clip = SyntheticSequence(config)
-            truth = np.array([frame.phases[0] for frame in clip])
+            shots = recorded(SyntheticSequence(config), used)
+            phases = phases_of(shots, default_bank(), used.matching)
+            matches = [shot.match for shot in shots]
+            clock = np.array([math.nan if m.body is None else m.phase for m in matches])
             view = 'side' if abs(math.cos(math.radians(degrees))) > 0.499 else 'front'
-            for name, phases in phases_of(clip, used).items():
-                off, steps = phases - truth, (np.diff(phases) + 0.5) % 1.0 - 0.5
-                # A profile looks the same half a stride later: that half is chosen once a walk.
-                whole = min(rms((off + half) % 1.0 - 0.5) for half in (0.0, 0.5))
-                back = 100 * float((steps < -1e-6).mean())
-                scores = [rms((off + 0.25) % 0.5 - 0.25), whole, back]
+            ways = {'independent': phases.alone, 'path': phases.path, 'clock': clock}
+            for name, each in ways.items():
+                half = ((each - phases.true) + 0.25) % 0.5 - 0.25
+                of_half = 100 * float(np.sqrt(np.nanmean(half**2)))
+                back = 100 * float(((np.diff(each) + 0.5) % 1.0 - 0.5 < -1e-6).mean())
+                scores = [of_half, phases.rms(each), back]
                 report.setdefault((view, name), []).append(scores)
     means = {key: np.mean(rows, axis=0).round(3).tolist() for key, rows in report.items()}
     table = [['view', 'phase', 'RMS %', 'of the whole stride', 'steps back %']]
     print(aligned([*table, *([*key, *(f'{v:.2f}' for v in row)] for key, row in means.items())]))
     return {' '.join(key): row for key, row in means.items()}
-
-
-def rms(errors: NDArray[np.float64]) -> float:
-    """Return the root mean square in percent of a stride."""
-    return 100 * float(np.sqrt(np.nanmean(errors**2)))
 
 
 def find_places() -> None:

@@ -27,8 +27,8 @@ from sensor_msgs.msg import CompressedImage, Image, JointState, RegionOfInterest
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
 
+from benchmarks.fuzzing import CHANGES
 from benchmarks.running_nodes import ALL_NODES
-from benchmarks.spoilt_files import CHANGES
 from gait_segmentation.inputs.encodings import ENCODINGS
 from gait_segmentation.ros.messages import detection_types, image_message
 from gait_segmentation.streams.fields import GAIT_NAMES

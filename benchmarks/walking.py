@@ -34,7 +34,6 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -45,13 +44,15 @@ from sklearn.preprocessing import StandardScaler
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from benchmarks.synthetic.things import THINGS, ThingClip
 from gait_segmentation.cli.tool import run_tool
+from gait_segmentation.files.image_files import read_grey
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import bounding_box
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline
 from gait_segmentation.starting import StartingConfig, WalkerFinder
 from gait_segmentation.starting.finding.walking import MODEL_FILE
+from gait_tools.evaluation.metrics import true_box
+from gait_tools.evaluation.sequence import Sequence
 from gait_tools.gait_model import FIGURES
 
 RIGHT = 0.5
@@ -77,21 +78,15 @@ class Match(NamedTuple):
 
 
 def film(path: Path) -> Iterator[Frame]:
-    fps = yaml.safe_load((path / 'sequence.yaml').read_text(encoding='utf-8'))['fps']
-    for number, frame in enumerate(sorted((path / 'frames').iterdir())[:FRAMES]):
-        image = cv2.imread(str(frame))
-        mask, others = (
-            cv2.imread(str(each), cv2.IMREAD_GRAYSCALE) if each.exists() else None
-            for each in (path / kind / f'{frame.stem}.png' for kind in ('masks', 'rvm'))
-        )
-        assert image is not None
-        box = None
-        if mask is not None and (mask == 255).any():
-            x, y, width, height = bounding_box((mask == 255).view(np.uint8))
-            box = Box(x, y, width, height)
-        if others is not None:
-            others = np.asarray(cv2.resize(others, image.shape[1::-1]))
-        yield np.asarray(image), 10**9 + round(number * 1e9 / fps), box, others
+    sequence = Sequence.load(path)
+    for number in list(sequence.frames)[:FRAMES]:
+        image, truth = sequence.image(number), sequence.truth(number)
+        box = None if truth is None else true_box(truth)
+        others = path / 'rvm' / f'{sequence.frames[number].stem}.png'
+        people = None
+        if others.exists():
+            people = np.asarray(cv2.resize(read_grey(others), image.shape[1::-1]))
+        yield image, sequence.stamp_ns(number), box, people
 
 
 def without(path: Path) -> Iterator[Frame]:
