@@ -85,7 +85,7 @@ _TWO_READERS = ('image', 'image/compressed', 'person_0/likelihood', 'person_0/ma
 _LOGGED = re.compile(rb'^\[(?:DEBUG|INFO|WARN|ERROR|FATAL)\] \[', re.MULTILINE)
 
 
-class Nodes:
+class Nodes(ProcessGroup):
     """The processes of the nodes, started again when they end; a namespace for each style."""
 
     def __init__(self, logs: Path, *parameters: str) -> None:
@@ -94,29 +94,25 @@ class Nodes:
         self.peak: Counter[str] = Counter()
         """Most memory in MiB."""
 
-        self._logs, self._parameters = logs, parameters
+        super().__init__(logs)
+        self._parameters = parameters
         self._runs: dict[str, list[str]] = {name: [] for name in ALL_NODES}
-        self._processes = ProcessGroup(logs)
         for name in ALL_NODES:
-            self._start(name)
-
-    def close(self) -> None:
-        """Stop all."""
-        self._processes.stop()
+            self._begin(name)
 
     def revive(self) -> list[str]:
         """Start again what has ended; return the names, with what each said last."""
         said = []
         for name, runs in self._runs.items():
-            if self._processes.ended(runs[-1]):
-                said.append(f'{name} ended\n{self._processes.last_lines(runs[-1])}')
+            if self.ended(runs[-1]):
+                said.append(f'{name} ended\n{self.last_lines(runs[-1])}')
                 self.exits[name] += 1
-                self._start(name)
+                self._begin(name)
         return said
 
     def look(self) -> dict[str, float]:
         """Return the memory that each has now, in MiB."""
-        now = {n: resident_mib(self._processes.pid(runs[-1])) for n, runs in self._runs.items()}
+        now = {n: resident_mib(self.pid(runs[-1])) for n, runs in self._runs.items()}
         self.peak |= Counter(now)
         return now
 
@@ -127,13 +123,13 @@ class Nodes:
             for name, runs in self._runs.items()
         })  # fmt: skip
 
-    def _start(self, name: str) -> None:
+    def _begin(self, name: str) -> None:
         runs = self._runs[name]
         runs.append(f'{name}_{len(runs)}')
         space = 'split' if name in STYLES['split'] else 'single'
         given = [word for each in self._parameters for word in ('-p', each)]
         command = name.removeprefix('gait_'), '--ros-args', '-r', f'__ns:=/{space}', *given
-        self._processes.start(runs[-1], *command)
+        self.start(runs[-1], *command)
 
 
 class Client(Listener):
@@ -224,7 +220,7 @@ class Fuzz:
     def close(self) -> None:
         """Stop everything."""
         self.client.close()
-        self.nodes.close()
+        self.nodes.stop()
 
     def run(self, messages: int, until_s: float) -> bool:
         """Send messages, print what came of it, say whether all holds."""

@@ -35,7 +35,7 @@ def test_it_is_what_is_drawn_and_small() -> None:
     assert sum(path.stat().st_size for path in files) < LARGEST
     drawn, there = SyntheticSequence(CLIP), Sequence.load(SHIPPED)
     assert (there.numbers, there.fps, there.initial_box) == (
-        drawn.numbers,
+        list(range(CLIP.frames)),
         CLIP.fps,
         drawn.initial_box,
     )

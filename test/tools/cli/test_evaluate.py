@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_tools.cli.evaluate import main
 from test.walkers import small_bank
 
@@ -26,6 +25,20 @@ def pipeline(monkeypatch):
     threads = cv2.getNumThreads()
     yield module
     cv2.setNumThreads(threads)
+
+
+@pytest.fixture
+def made(pipeline, monkeypatch):
+    """Return the pipelines that are made; each knows its bank."""
+    pipelines = []
+
+    def make(config, bank, clock):
+        pipelines.append(FakePipeline(config))
+        pipelines[-1].bank = bank
+        return pipelines[-1]
+
+    monkeypatch.setattr(pipeline, 'Pipeline', make)
+    return pipelines
 
 
 @pytest.fixture
@@ -78,22 +91,12 @@ def test_without_motmetrics_its_columns_are_left_out(pipeline, folder, monkeypat
     assert 'MOTA and IDF1 need the Python package motmetrics' in text
 
 
-def test_boxes_are_given_or_not(pipeline, folder, monkeypatch):
-    made = []
-    monkeypatch.setattr(
-        pipeline, 'Pipeline', lambda config, **_: made.append(FakePipeline(config)) or made[-1]
-    )
-    assert main([str(folder)]) == 0
-    assert made[-1].box is not None
-    assert made[-1].config.starting.auto_init == 'none'
-    assert main([str(folder), '--init', 'auto']) == 0
-    assert made[-1].box is None
-    assert made[-1].config.starting.auto_init == 'motion'
-    assert made[-1].config.people.max_people == 3
-    assert main([str(folder), '--init', 'auto', '--set', 'people.max_people=1']) == 0
-    assert made[-1].config.people.max_people == 1
-    assert main([str(folder), '--set', 'starting.auto_init=motion']) == 0
-    assert made[-1].config.starting.auto_init == 'motion'
+def test_boxes_are_given_or_not_and_what_is_set_stays(made, folder):
+    for options in ([], ['--init', 'auto'], ['--init', 'auto', '--set', 'people.max_people=1']):
+        assert main([str(folder), *options]) == 0
+    assert [each.box is None for each in made] == [False, True, True]
+    assert [each.config.starting.auto_init for each in made] == ['none', 'motion', 'motion']
+    assert [each.config.people.max_people for each in made] == [1, 3, 1]
 
 
 def test_parameters_reach_the_pipeline(pipeline, folder, capsys):
@@ -101,33 +104,21 @@ def test_parameters_reach_the_pipeline(pipeline, folder, capsys):
     assert float(capsys.readouterr().out.splitlines()[1].split()[2]) < 0.6
 
 
-def test_a_bank_reaches_the_pipeline(pipeline, folder, tmp_path, monkeypatch):
-    path, given = tmp_path / 'mine.npz', []
-    small_bank().save(path)
-
-    class Kept(FakePipeline):
-        def __init__(self, config, bank, clock):
-            given.append(bank)
-            super().__init__(config)
-
-    monkeypatch.setattr(pipeline, 'Pipeline', Kept)
+def test_a_bank_reaches_the_pipeline(made, folder, tmp_path):
+    small_bank().save(tmp_path / 'mine.npz')
     assert main([str(folder)]) == 0
-    assert main([str(folder), '--bank', str(path)]) == 0
-    assert given[0] is None
-    assert given[1].templates.shape == small_bank().templates.shape
+    assert main([str(folder), '--bank', str(tmp_path / 'mine.npz')]) == 0
+    assert made[0].bank is None
+    assert made[1].bank.templates.shape == small_bank().templates.shape
 
 
-def test_a_preset_is_overridden_by_other_options(pipeline, folder, tmp_path, monkeypatch, capsys):
+def test_a_preset_is_overridden_by_other_options(made, folder, tmp_path, monkeypatch, capsys):
     file = tmp_path / 'preset.yaml'
     file.write_text(
         '/**:\n  ros__parameters:\n    tracking: {use_colour: false}\n'
         '    segmentation: {prior: paper}\n'
     )
     monkeypatch.setattr('gait_tools.cli.evaluate.preset_file', {'paper': file}.get)
-    made = []
-    monkeypatch.setattr(
-        pipeline, 'Pipeline', lambda config, **_: made.append(FakePipeline(config)) or made[-1]
-    )
     command = [str(folder), '--preset', 'paper']
     assert main(command) == 0
     assert main([*command, '--prior', 'none', '--set', 'tracking.use_colour=true']) == 0
@@ -190,10 +181,8 @@ def test_a_sequence_is_never_written_to(
     (tmp_path / 'link').symlink_to('.')
     (tmp_path / 'hard.yaml').hardlink_to(folder / 'sequence.yaml')
     before = {path: path.read_bytes() for path in sorted(folder.rglob('*.*'))}
-    given = ['walk', option, place]
-    if how == 'is' and option == '--json':
-        # As a file that is read.
-        given = ['hard.yaml', *given[1:]]
+    # A link to what is in a sequence is that file; here it is given as what is read.
+    given = ['hard.yaml' if how == 'is' else 'walk', option, place]
     assert main(given) == 2
     said = capsys.readouterr().err
     assert said.startswith(f'gait_evaluate: error: {option} ')
@@ -232,23 +221,3 @@ def test_pictures_of_others_are_not_replaced(folder, tmp_path, capsys, name):
     assert main([str(folder), '--out', str(tmp_path / 'out')]) == 2
     assert f'{photo} was not made by gait_evaluate' in capsys.readouterr().err
     assert photo.read_bytes() == before
-
-
-def test_an_interrupt_ends_quietly(pipeline, folder, monkeypatch, capsys):
-    def interrupted(*_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(FakePipeline, 'update', interrupted)
-    assert main([str(folder)]) == 130
-    assert 'Traceback' not in capsys.readouterr().err
-
-
-def test_the_real_pipeline_follows_a_synthetic_walker(tmp_path, capsys):
-    clip = SyntheticSequence(SyntheticConfig(seed=6, frames=8, person_height=100.0))
-    clip.write(tmp_path / 'made')
-    scores = tmp_path / 'scores.json'
-    assert main([str(tmp_path / 'made'), '--json', str(scores)]) == 0
-    numbers = json.loads(scores.read_text())['mean']
-    assert numbers['J'] > 0.85
-    assert numbers['lost_frames'] == 0
-    assert numbers['ms_per_frame']['total'] > 0

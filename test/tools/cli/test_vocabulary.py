@@ -13,7 +13,7 @@ import pytest
 
 from gait_segmentation.errors import BankError, ConfigError
 from gait_segmentation.segmentation.vocabulary import Vocabulary, VocabularyError
-from gait_tools.cli import bank, vocabulary as command
+from gait_tools.cli import vocabulary as command
 from gait_tools.gait_model import render_silhouette
 
 needs_sklearn = pytest.mark.skipif(
@@ -108,9 +108,3 @@ def test_what_walks_a_bank_is_made_of_make_words(
     shown = capsys.readouterr().err
     assert 'learning from 12 silhouettes' in shown
     assert '2/2' in shown
-
-
-def test_it_is_a_command_of_gait_bank(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    missing = tmp_path / 'missing' / 'words.json'
-    assert bank.main(['vocabulary', str(missing)]) == 2
-    assert f'gait_bank: error: cannot write {missing}' in capsys.readouterr().err

@@ -321,14 +321,16 @@ def _rucksack(body: Body, pose: Skeleton, build: Build) -> None:
     body.chain('rucksack', members)
 
 
-def make_body(pose: Skeleton, build: Build) -> Body:
-    """
-    Put a body on a skeleton.
-
-    :param pose: the skeleton at P phases.
-    :param build: figure and clothes.
-    :returns: its ellipsoids and pieces at the same phases.
-    """
+def body_at(phases: ArrayLike, build: Build) -> Body:
+    """Return the body of a build, with its clothes, at (P,) phases of its walk."""
+    pose = walk(
+        phases,
+        speed=build.speed,
+        arm_swing=build.arm_swing,
+        arm_balance=build.arm_balance,
+        lean=build.lean,
+        shoe=build.shoe,
+    )
     body = Body()
     trunk = _trunk(body, pose, build)
     _head(body, pose, build, _neck(body, pose, build, trunk))
@@ -340,16 +342,3 @@ def make_body(pose: Skeleton, build: Build) -> Body:
     if build.rucksack > 0:
         _rucksack(body, pose, build)
     return body
-
-
-def body_at(phases: ArrayLike, build: Build) -> Body:
-    """Return the body of a build at (P,) phases of its walk."""
-    pose = walk(
-        phases,
-        speed=build.speed,
-        arm_swing=build.arm_swing,
-        arm_balance=build.arm_balance,
-        lean=build.lean,
-        shoe=build.shoe,
-    )
-    return make_body(pose, build)
