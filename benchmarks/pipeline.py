@@ -42,7 +42,6 @@ from typing import Any
 
 import cv2
 import numpy as np
-from tqdm import tqdm
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
@@ -114,11 +113,9 @@ def evaluated(
     session = Session(
         sequences,
         lambda config: Pipeline(config, clock=time.process_time),
-        time.perf_counter,
         auto=init == 'auto',
         heat_map=maps,
         fixed=frozenset(fixed),
-        progress=lambda items, name, total: tqdm(items, name, total, disable=None, leave=False),
     )
     return session.evaluate(config, name=init)
 

@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-import itertools
-
 import cv2
 import numpy as np
 import pytest
@@ -20,8 +18,7 @@ def folders(tmp_path):
 
 
 def session(folders, **options):
-    clock = itertools.count().__next__
-    return Session(load_sequences(folders), FakePipeline, clock, **options)
+    return Session(load_sequences(folders), FakePipeline, **options)
 
 
 @pytest.fixture
@@ -52,17 +49,6 @@ def test_restarts_and_pictures_are_made_when_asked_for(folders, tmp_path):
     assert list(report['restarts']['per_sequence']['b']['starts']) == ['0', '10']
     assert (tmp_path / 'out' / 'b' / 'contact_sheet.png').is_file()
     assert (tmp_path / 'out' / 'a' / 'masks' / '0005.png').is_file()
-
-
-def test_progress_is_told_what_runs(folders):
-    told = []
-
-    def progress(items, name, total):
-        told.append((name, total))
-        return iter(items)
-
-    session(folders, restarts=True, progress=progress).evaluate(FakePipelineConfig(), name='x')
-    assert told == [('x a', 6), ('x a restarts', 1), ('x b', 16), ('x b restarts', 2)]
 
 
 def test_two_sequences_of_one_name_are_refused(folders, tmp_path):

@@ -10,13 +10,10 @@ import os
 import re
 import sys
 import time
-from collections.abc import Iterable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
 
 import cv2
-from tqdm import tqdm
 
 from gait_segmentation.cli.tool import add_config_options, command_parser, preset_file, run_tool
 from gait_segmentation.config import overridden
@@ -30,8 +27,6 @@ from gait_tools.evaluation.report import (
 )
 from gait_tools.evaluation.session import ABLATIONS, Session, load_sequences
 from gait_tools.outputs import check_file, is_own_picture, keep_others, make_folder
-
-Item = TypeVar('Item')
 
 _OUTPUT = Path('-')
 _SCORES = re.compile(rb'\{\s*"sequences": \{')
@@ -142,11 +137,6 @@ def main(arguments: list[str] | None = None) -> int:
     return run_tool('gait_evaluate', lambda: evaluate(parser().parse_args(arguments)))
 
 
-def _shown(items: Iterable[Item], name: str, total: int) -> Iterator[Item]:
-    # disable=None: no bar where stderr is not a terminal.
-    yield from tqdm(items, desc=name, total=total, unit='frame', disable=None, leave=False)
-
-
 def evaluate(options: argparse.Namespace) -> None:
     """
     Run, print and write everything that is asked for.
@@ -186,12 +176,10 @@ def evaluate(options: argparse.Namespace) -> None:
     session = Session(
         sequences=load_sequences(options.sequence, options.likelihood, options.heat_map),
         make_pipeline=lambda config: Pipeline(config, bank=bank, clock=time.perf_counter),
-        clock=time.perf_counter,
         restarts=options.restarts,
         warm=options.warm,
         likelihood=options.likelihood,
         heat_map=options.heat_map,
-        progress=_shown,
         auto=options.init == 'auto',
         fixed=frozenset(setting.partition('=')[0].strip() for setting in settings),
     )

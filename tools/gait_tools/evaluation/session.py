@@ -7,7 +7,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence as ListLike
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from tqdm import tqdm
 
 from gait_segmentation.config import parameters_of, replaced, stages_of
 from gait_segmentation.errors import SequenceError
@@ -22,6 +24,8 @@ if TYPE_CHECKING:
     # Which takes long to load.
     from gait_segmentation.pipeline import Pipeline
 
+Item = TypeVar('Item')
+
 RESTART_EVERY = 10
 """Frames between the starts of the restart score."""
 
@@ -33,9 +37,6 @@ RESTART_LEAST = 5
 
 AUTO_SLOTS = 3
 """Slots, at least, of a pipeline that is not told how many people there are."""
-
-Progress = Callable[[Iterable[Any], str, int], Iterator[Any]]
-"""Passes on so many items of a name, and may show how far it is."""
 
 
 def load_sequences(
@@ -116,8 +117,8 @@ class Session:
     """
     What stays the same while configurations are compared.
 
-    ``make_pipeline`` makes a pipeline that has seen nothing from a configuration, ``clock`` gives
-    seconds.  With ``restarts`` the report has the restart score, too, and with ``warm`` that of
+    ``make_pipeline`` makes a pipeline that has seen nothing from a configuration.
+    With ``restarts`` the report has the restart score, too, and with ``warm`` that of
     pipelines that have seen the clip from its first frame on.  ``likelihood`` and ``heat_map`` are
     as in :meth:`Sequence.likelihoods` and :meth:`Sequence.heat_maps`.
 
@@ -129,12 +130,10 @@ class Session:
 
     sequences: ListLike[Sequence]
     make_pipeline: Callable[[Any], Pipeline]
-    clock: Callable[[], float]
     restarts: bool = False
     warm: bool = False
     likelihood: str = ''
     heat_map: str = ''
-    progress: Progress = lambda items, name, total: iter(items)
     auto: bool = False
     fixed: frozenset[str] = frozenset()
 
@@ -157,7 +156,7 @@ class Session:
             for kind in kinds:
                 runs = self._restarts(config, sequence, warm=kind == 'warm')
                 count = len(restarts_of(sequence))
-                starts[kind][sequence.name] = dict(self.progress(runs, f'{title} {kind}', count))
+                starts[kind][sequence.name] = dict(_shown(runs, f'{title} {kind}', count))
         report: dict[str, Any] = {'sequences': rows, 'mean': mean_of(rows)}
         return report | {kind: restart_report(starts[kind]) for kind in kinds}
 
@@ -189,7 +188,6 @@ class Session:
             sequence,
             numbers,
             starts,
-            clock=self.clock,
             likelihood=sequence.likelihoods(self.likelihood),
             heat_map=sequence.heat_maps(self.heat_map),
         )
@@ -204,7 +202,7 @@ class Session:
         summary = Summary(TrackingScore(attendance, first_frames(attendance, starts)))
         output = None if out is None else SequenceOutput(out / sequence.name, sequence)
         outcomes = self._run(config, sequence, sequence.numbers, starts)
-        for outcome in self.progress(outcomes, title, len(sequence.numbers)):
+        for outcome in _shown(outcomes, title, len(sequence.numbers)):
             summary.add(outcome, sequence.labels(outcome.number))
             if output is not None:
                 output.add(outcome)
@@ -239,3 +237,9 @@ class Session:
             if f'{stage}.{name}' not in self.fixed:
                 config = replaced(config, stage, name, value)
         return config
+
+
+def _shown(items: Iterable[Item], name: str, total: int) -> Iterator[Item]:
+    """Pass items on, and show how many there were."""
+    # disable=None: no bar where stderr is not a terminal.
+    yield from tqdm(items, name, total, unit='frame', disable=None, leave=False)
