@@ -5,53 +5,16 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, field
 from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import yaml
 
-from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.pipeline import PersonResult
+from gait_segmentation.pipeline import PersonResult, PipelineConfig
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
 from gait_tools.evaluation.runner import run
-
-
-@dataclass(frozen=True)
-class FakeTracking(StageConfig):
-    gain: float = parameter(0.5, 'A gain.', minimum=0.0, maximum=1.0)
-    use_colour: bool = parameter(True, 'Use colour.')
-
-
-@dataclass(frozen=True)
-class FakeMatching(StageConfig):
-    lag: int = parameter(0, 'Frames held back.', minimum=0, maximum=10)
-
-
-@dataclass(frozen=True)
-class FakeSegmentation(StageConfig):
-    prior: str = parameter('default', 'The prior.', choices=('none', 'paper', 'default'))
-
-
-@dataclass(frozen=True)
-class FakePeople(StageConfig):
-    max_people: int = parameter(1, 'Slots.', minimum=1, maximum=16)
-
-
-@dataclass(frozen=True)
-class FakeStarting(StageConfig):
-    auto_init: str = parameter('motion', 'How.', choices=('motion', 'none'))
-
-
-@dataclass(frozen=True)
-class FakePipelineConfig:
-    tracking: FakeTracking = field(default_factory=FakeTracking)
-    matching: FakeMatching = field(default_factory=FakeMatching)
-    segmentation: FakeSegmentation = field(default_factory=FakeSegmentation)
-    people: FakePeople = field(default_factory=FakePeople)
-    starting: FakeStarting = field(default_factory=FakeStarting)
 
 
 def found_person(track_id, box, mask):
@@ -65,10 +28,10 @@ def found_person(track_id, box, mask):
 
 
 class FakePipeline:
-    """Takes red pixels for the person; without colour it loses the lower half."""
+    """Takes red pixels for the person; without texture it loses the lower half."""
 
     def __init__(self, config=None, bank=None, clock=lambda: 0.0):
-        self.config = config or FakePipelineConfig()
+        self.config = config or PipelineConfig()
         self.box = None
         self.held = []
         self.likelihoods = []
@@ -85,7 +48,7 @@ class FakePipeline:
         mask = np.where(image[..., 2] > image[..., 1] + 60, 255, 0).astype(np.uint8)
         if likelihood is not None:
             mask = likelihood
-        if not self.config.tracking.use_colour:
+        if not self.config.tracking.use_texture:
             mask[mask.shape[0] // 2 :] = 0
         if self.config.segmentation.prior == 'none':
             mask[:, -1] = 255

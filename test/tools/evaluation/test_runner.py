@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
+from gait_segmentation.matching import MatchingConfig
+from gait_segmentation.pipeline import PipelineConfig
 from gait_tools.evaluation.runner import run
 from gait_tools.evaluation.sequence import Sequence
 
-from .fakes import FakeMatching, FakePipeline, FakePipelineConfig, run_sequence, write_sequence
+from .fakes import FakePipeline, run_sequence, write_sequence
 
 
 @pytest.fixture
@@ -30,7 +32,7 @@ def test_every_frame_is_run_from_the_first_box_on(sequence):
 
 @pytest.mark.parametrize('lag', [1, 3, 10])
 def test_late_results_are_matched_by_stamp(sequence, lag):
-    pipeline = FakePipeline(FakePipelineConfig(matching=FakeMatching(lag=lag)))
+    pipeline = FakePipeline(PipelineConfig(matching=MatchingConfig(lag=lag)))
     outcomes = run_sequence(pipeline, sequence)
     assert [outcome.number for outcome in outcomes] == list(range(8))
     assert all(outcome.score.j == 1 for outcome in outcomes)
