@@ -184,6 +184,19 @@ def test_the_phase_runs_at_the_stride_rate_from_the_near_leg():
     assert left.frame(0).azimuths[0] == math.pi
 
 
+@pytest.mark.parametrize('order', [(0, 1), (1, 0)])
+def test_who_is_nearer_hides_who_is_farther(order):
+    outfit = make_outfit(np.random.default_rng(0))
+    pair = [Walker(0.0, z, 0.0, 0.0, 0.25, 'average', outfit) for z in (2.5, 4.0)]
+    clip = SyntheticSequence(small(walkers=2, jitter=0.0))
+    clip.walkers[:] = [pair[each] for each in order]
+    near, far = (clip.frame(5).masks[order.index(each)] > 0 for each in (0, 1))
+    clip = SyntheticSequence(small(jitter=0.0))
+    clip.walkers[:] = pair[:1]
+    np.testing.assert_array_equal(near, clip.frame(5).masks[0] > 0)
+    assert far.sum() < near.sum() / 10
+
+
 def test_a_shadow_darkens_the_ground_only():
     bare = SyntheticSequence(small(seed=4, noise=0.0, blur=0.0)).frame(5)
     shaded = SyntheticSequence(small(seed=4, noise=0.0, blur=0.0, shadow=True)).frame(5)

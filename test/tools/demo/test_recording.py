@@ -68,6 +68,7 @@ def test_a_result_is_what_the_messages_say(recording: Recording) -> None:
     for topic in TOPICS:
         take(recording, topic, 5)
     recording.published = {3: 5 * 10**9, 4: 6 * 10**9}
+    take(recording, 'person_1/box', 6)
     assert recording.answered() == [3]
     result = recording.result(3)
     nobody, person = result.people

@@ -14,6 +14,7 @@ from gait_tools.evaluation.report import (
     SequenceOutput,
     Summary,
     aligned,
+    comparison_table,
     mean_of,
     mean_tracking,
     restart_report,
@@ -98,6 +99,17 @@ def test_the_table_is_aligned(report):
     assert lines[0].split()[:3] == ['sequence', 'frames', 'J']
     assert len({len(line) for line in lines}) == 1
     assert aligned([['a', 'b'], ['ccc', 'dd']]) == 'a     b\nccc  dd'
+
+
+def test_a_comparison_names_who_loses_most(report):
+    changed = {name: row | {'J': row['J'] - 0.2} for name, row in report['sequences'].items()}
+    changed['two']['J'] = 0.6
+    less = {'sequences': changed, 'mean': report['mean'] | {'J': 0.55}}
+    first, last = comparison_table('x', report, {'as it is': report, 'less': less}).splitlines()[
+        1:
+    ]
+    assert first.split()[-3:] == ['-0.0500', 'one', '-0.200']
+    assert last.split()[-1] == '+0.000'
 
 
 def test_tracking_has_a_table_of_its_own(report):
