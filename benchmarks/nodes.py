@@ -241,7 +241,7 @@ def played(sequence: Sequence) -> bool:
     boxes = sequence.starts.get(sequence.numbers[0], ())
     if len(boxes) != 1:
         raise SequenceError(f'{sequence.name} needs one person, from the first frame on')
-    alone = run(Pipeline(), sequence, sequence.numbers, sequence.starts)
+    alone = run(Pipeline(), sequence, sequence.numbers, sequence.starts, clock=time.perf_counter)
     wanted = score({each.number: each.mask for each in alone})
     film = open_input(sequence.folder / 'frames')
     with tempfile.TemporaryDirectory() as logs:

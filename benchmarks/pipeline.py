@@ -113,6 +113,7 @@ def evaluated(
     session = Session(
         sequences,
         lambda config: Pipeline(config, clock=time.process_time),
+        time.perf_counter,
         auto=init == 'auto',
         heat_map=maps,
         fixed=frozenset(fixed),

@@ -19,7 +19,7 @@ def folders(tmp_path):
 
 
 def session(folders, **options):
-    return Session(load_sequences(folders), FakePipeline, **options)
+    return Session(load_sequences(folders), FakePipeline, lambda: 0.0, **options)
 
 
 @pytest.fixture

@@ -176,6 +176,7 @@ def evaluate(options: argparse.Namespace) -> None:
     session = Session(
         sequences=load_sequences(options.sequence, options.likelihood, options.heat_map),
         make_pipeline=lambda config: Pipeline(config, bank=bank, clock=time.perf_counter),
+        clock=time.perf_counter,
         restarts=options.restarts,
         warm=options.warm,
         likelihood=options.likelihood,

@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -50,7 +49,7 @@ def run(
     numbers: Iterable[int],
     starts: Mapping[int, Iterable[Box]],
     *,
-    clock: Callable[[], float] = time.perf_counter,
+    clock: Callable[[], float],
     likelihood: Callable[[int], NDArray[np.uint8]] | None = None,
     heat_map: Callable[[int], HeatMap | None] | None = None,
 ) -> Iterator[Outcome]:

@@ -117,8 +117,8 @@ class Session:
     """
     What stays the same while configurations are compared.
 
-    ``make_pipeline`` makes a pipeline that has seen nothing from a configuration.
-    With ``restarts`` the report has the restart score, too, and with ``warm`` that of
+    ``make_pipeline`` makes a pipeline that has seen nothing from a configuration, ``clock`` gives
+    seconds.  With ``restarts`` the report has the restart score, too, and with ``warm`` that of
     pipelines that have seen the clip from its first frame on.  ``likelihood`` and ``heat_map`` are
     as in :meth:`Sequence.likelihoods` and :meth:`Sequence.heat_maps`.
 
@@ -130,6 +130,7 @@ class Session:
 
     sequences: ListLike[Sequence]
     make_pipeline: Callable[[Any], Pipeline]
+    clock: Callable[[], float]
     restarts: bool = False
     warm: bool = False
     likelihood: str = ''
@@ -188,6 +189,7 @@ class Session:
             sequence,
             numbers,
             starts,
+            clock=self.clock,
             likelihood=sequence.likelihoods(self.likelihood),
             heat_map=sequence.heat_maps(self.heat_map),
         )
