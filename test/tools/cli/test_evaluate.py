@@ -88,11 +88,11 @@ def test_without_motmetrics_its_columns_are_left_out(pipeline, folder, monkeypat
 
 
 def test_boxes_are_given_or_not_and_what_is_set_stays(made, folder):
-    for options in ([], ['--init', 'auto'], ['--init', 'auto', '--set', 'people.max_people=1']):
+    for options in ([], ['--init', 'auto'], ['--init', 'auto', '--set', 'people.max_people=2']):
         assert main([str(folder), *options]) == 0
     assert [each.box is None for each in made] == [False, True, True]
     assert [each.config.starting.auto_init for each in made] == ['none', 'motion', 'motion']
-    assert [each.config.people.max_people for each in made] == [1, 3, 1]
+    assert [each.config.people.max_people for each in made] == [1, 1, 2]
 
 
 def test_parameters_reach_the_pipeline(pipeline, folder, capsys):

@@ -111,15 +111,19 @@ def test_warm_runs_have_seen_all_frames_before_their_box(folders, made):
 
 
 @pytest.mark.parametrize(('people', 'slots'), [(1, 3), (2, 3), (4, 4)])
-def test_who_is_to_be_found_has_three_slots_or_one_for_everybody(folders, made, people, slots):
+def test_whom_maps_show_has_one_of_three_slots_at_least(folders, made, people, slots):
+    folder = folders[0]
     if people > 1:
-        label_another(folders[0], people)
-    session(folders[:1], auto=True).evaluate(PipelineConfig())
-    session(folders[:1], auto=True, fixed=frozenset(['people.max_people'])).evaluate(
-        PipelineConfig()
-    )
-    assert [each.config.people.max_people for each in made] == [slots, 1]
-    assert [each.box for each in made] == [None, None]
+        label_another(folder, people)
+    (folder / 'maps').mkdir()
+    for path in (folder / 'frames').iterdir():
+        cv2.imwrite(str(folder / 'maps' / path.name), np.zeros((40, 60), np.uint8))
+    for options in ({}, {'heat_map': 'maps'}, {'heat_map': 'maps', 'auto': False}):
+        session([folder], **{'auto': True, **options}).evaluate(PipelineConfig())
+    fixed = frozenset(['people.max_people'])
+    session([folder], auto=True, heat_map='maps', fixed=fixed).evaluate(PipelineConfig())
+    assert [each.config.people.max_people for each in made] == [people, slots, people, 1]
+    assert [each.box is None for each in made] == [True, True, False, True]
 
 
 def test_what_cannot_be_scored_is_refused(tmp_path):

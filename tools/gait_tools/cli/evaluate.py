@@ -79,7 +79,7 @@ def parser() -> argparse.ArgumentParser:
         choices=('box', 'auto'),
         default='box',
         help='how people get a track: from boxes of the ground truth, or found by the pipeline '
-        'itself, which then has 3 slots, or one for everybody who is labelled if these are more, '
+        'itself, with 3 slots at least if it is given heat maps, which show everybody at once, '
         'unless --set says people.max_people (default: %(default)s)',
     )
     add_config_options(made)

@@ -35,8 +35,8 @@ RESTART_FRAMES = 14
 RESTART_LEAST = 5
 """Frames that must follow a start for it to count."""
 
-AUTO_SLOTS = 3
-"""Slots, at least, of a pipeline that is not told how many people there are."""
+MAP_SLOTS = 3
+"""Slots, at least, where nobody is given but heat maps show everybody at once."""
 
 
 def load_sequences(
@@ -200,7 +200,9 @@ class Session:
         """Return the scores of a sequence, and write its masks and contact sheet to a folder."""
         attendance, starts = sequence.attendance, {} if self.auto else sequence.starts
         slots = len(attendance.people) if sequence.label_files else 0
-        config = self._suited(config, max(slots, AUTO_SLOTS * self.auto), auto=self.auto)
+        if self.auto and self.heat_map:
+            slots = max(slots, MAP_SLOTS)
+        config = self._suited(config, slots, auto=self.auto)
         summary = Summary(TrackingScore(attendance, first_frames(attendance, starts)))
         output = None if out is None else SequenceOutput(out / sequence.name, sequence)
         outcomes = self._run(config, sequence, sequence.numbers, starts)
