@@ -20,12 +20,13 @@ import cv2
 import rclpy
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException
 from rclpy.logging import get_logger
 from rclpy.utilities import remove_ros_args
 
 from gait_segmentation.ending import Ending
 from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.ros.executor import MessageExecutor
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.participant import REFUSALS, said_by, take_part
 from gait_segmentation.streams.config import CameraConfig
@@ -90,7 +91,7 @@ def _run(make: Callable[[], GaitNode], arguments: list[str], name: str, ending: 
     get_logger(name).debug(f'{participant.freed} bytes of shared memory of killed processes freed')
     # From here on the DDS may hang, as in what a killed process has left locked.
     ending.beat()
-    executor = SingleThreadedExecutor()
+    executor = MessageExecutor()
     ending.closes(partial(executor.shutdown, 0))
     try:
         node = make()
