@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
-from dataclasses import FrozenInstanceError, dataclass, replace
+from dataclasses import FrozenInstanceError, dataclass, field, replace
 
 import pytest
 
@@ -12,7 +12,6 @@ from gait_segmentation.config import (
     parameter,
 )
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
-from test.tools.evaluation.fakes import FakePipelineConfig
 
 
 @dataclass(frozen=True)
@@ -23,6 +22,29 @@ class Example(StageConfig):
     share: float = parameter(0.5, 'How much.', unit='m', minimum=0.0)
     mode: str = parameter('a', 'Which.', choices=('a', 'b'))
     use_it: bool = parameter(True, 'Whether.')
+
+
+@dataclass(frozen=True)
+class Tracking(StageConfig):
+    gain: float = parameter(0.5, 'How much.', minimum=0.0, maximum=1.0)
+    use_colour: bool = parameter(True, 'Whether.')
+
+
+@dataclass(frozen=True)
+class Matching(StageConfig):
+    lag: int = parameter(0, 'How late.', minimum=0, maximum=10)
+
+
+@dataclass(frozen=True)
+class Segmentation(StageConfig):
+    prior: str = parameter('default', 'Which.', choices=('none', 'paper', 'default'))
+
+
+@dataclass(frozen=True)
+class Stages:
+    tracking: Tracking = field(default_factory=Tracking)
+    matching: Matching = field(default_factory=Matching)
+    segmentation: Segmentation = field(default_factory=Segmentation)
 
 
 @dataclass(frozen=True)
@@ -77,7 +99,7 @@ def test_integers_are_taken_for_floats_and_changes_are_checked() -> None:
 
 def test_settings_are_applied_in_order():
     config = overridden(
-        FakePipelineConfig(),
+        Stages(),
         ['tracking.gain=0.25', 'matching.lag=3', 'tracking.use_colour=false', 'matching.lag = 4'],
     )
     assert config.tracking.gain == 0.25
@@ -102,4 +124,4 @@ def test_settings_are_applied_in_order():
 )
 def test_settings_that_cannot_be_used_are_refused(setting, message):
     with pytest.raises(ConfigError, match=message):
-        overridden(FakePipelineConfig(), [setting])
+        overridden(Stages(), [setting])
