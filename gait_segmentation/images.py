@@ -178,7 +178,9 @@ def same_proportions(shape: tuple[int, ...], source: tuple[int, ...]) -> bool:
     return lowest <= highest
 
 
-def shrink(image: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:
+def shrink(
+    image: NDArray[np.uint8], shape: tuple[int, int], rest: int = cv2.INTER_LINEAR
+) -> NDArray[np.uint8]:
     """
     Return an image at a smaller size, without aliasing.
 
@@ -187,13 +189,14 @@ def shrink(image: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8
 
     :param image: (H, W) or (H, W, 3) uint8.
     :param shape: (h, w) of the result.
+    :param rest: how OpenCV interpolates for the rest.
     """
     while image.shape[0] >= 2 * shape[0] and image.shape[1] >= 2 * shape[1]:
         half = (image.shape[1] // 2, image.shape[0] // 2)
         whole = image[: 2 * half[1], : 2 * half[0]]
         image = np.asarray(cv2.resize(whole, half, interpolation=cv2.INTER_AREA))
     if image.shape[:2] != shape:
-        image = cv2.resize(image, shape[::-1], interpolation=cv2.INTER_LINEAR)
+        image = np.asarray(cv2.resize(image, shape[::-1], interpolation=rest))
     return image
 
 

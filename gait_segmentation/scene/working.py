@@ -118,16 +118,7 @@ class WorkingImage:
     def shrunk(self, shape: tuple[int, int]) -> NDArray[np.uint8]:
         """Return the image in Lab at a smaller (h, w), (h, w, 3) uint8; see :attr:`lab`."""
         source = self.gray if self.textured else self.bgr
-        if min(source.shape[0] / shape[0], source.shape[1] / shape[1]) > 2:
-            # By a whole number it is much faster.
-            half = source.shape[1] // 2, source.shape[0] // 2
-            source = cv2.resize(source, half, interpolation=cv2.INTER_AREA)
-        small = np.asarray(cv2.resize(source, shape[::-1], interpolation=cv2.INTER_AREA))
-        return (
-            gray_lab(small)
-            if self.textured
-            else np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2Lab))
-        )
+        return _lab_of(shrink(source, shape, cv2.INTER_AREA))
 
     @cached_property
     def lab(self) -> NDArray[np.uint8]:
