@@ -28,6 +28,9 @@ TOOLS = [
 ]
 # `gait_replay --dask` and tables in Parquet.
 ARCHIVE = ['distributed', 'pyarrow']
+# For `detector:=mediapipe`, best in an environment of its own: see docs/heat_map.md. Of later
+# versions some have no `mediapipe.solutions`.
+MEDIAPIPE = ['mediapipe==0.10.14']
 TEST = [
     'colcon-common-extensions',
     'distributed',
@@ -83,11 +86,13 @@ setup(
         'ros': ROS,
         'tools': TOOLS,
         'archive': [*TOOLS, *ARCHIVE],
+        'mediapipe': MEDIAPIPE,
         'test': [*TEST, *TOOLS],
     },
     zip_safe=False,
     entry_points={
         'console_scripts': [
+            'gait_detector = gait_segmentation.commands:detector',
             'gait_localizer = gait_segmentation.commands:localizer',
             'gait_matcher = gait_segmentation.commands:matcher',
             'gait_pipeline = gait_segmentation.commands:pipeline',

@@ -19,7 +19,7 @@ from types import FrameType
 from gait_segmentation.errors import EXTRAS, not_installed
 
 _TOOLS = ('replay', 'warm_up')
-_NODES = ('localizer', 'matcher', 'pipeline', 'segmenter', 'source', 'tracker')
+_NODES = ('detector', 'localizer', 'matcher', 'pipeline', 'segmenter', 'source', 'tracker')
 __all__ = [*_TOOLS, *_NODES]
 
 _PACKAGE = 'gait_segmentation'
@@ -142,6 +142,7 @@ replay = partial(_run, 'replay')
 warm_up = partial(_run, 'warm_up')
 tracker = partial(_run, 'tracker')
 matcher = partial(_run, 'matcher')
+detector = partial(_run, 'detector')
 localizer = partial(_run, 'localizer')
 segmenter = partial(_run, 'segmenter')
 pipeline = partial(_run, 'pipeline')

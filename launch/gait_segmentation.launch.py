@@ -100,6 +100,13 @@ ARGUMENTS = [
         description='also say where people are in metres: gait_localizer, or in gait_pipeline',
     ),
     DeclareLaunchArgument(
+        'detector',
+        default_value='none',
+        choices=['none', 'mediapipe'],
+        description='a network that says where people are, as evidence beside the own: '
+        'mediapipe = gait_detector; what it needs is in docs/heat_map.md',
+    ),
+    DeclareLaunchArgument(
         'camera_info',
         default_value='',
         description="topic of the camera's calibration; empty = camera_info beside image",
@@ -155,6 +162,8 @@ def _nodes(context):
     names = list(NODES[given['style']])
     if given['localize'] == 'true' and given['style'] == 'split':
         names.append('gait_localizer')
+    if given['detector'] != 'none':
+        names.append('gait_detector')
     shown = [_rviz(given)] if given['rviz'] == 'true' else []
     return [*(_node(name, given) for name in names), *shown]
 

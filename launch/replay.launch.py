@@ -67,10 +67,10 @@ def _source(context):
     def given(name):
         return LaunchConfiguration(name).perform(context)
 
-    # Both the tracker and the segmenter look at the images.
-    readers = '1' if given('style') == 'single' else '2'
+    # Both the tracker and the segmenter look at the images, and the detector if there is one.
+    readers = (1 if given('style') == 'single' else 2) + (given('detector') != 'none')
     options = [word for name in ('rate', 'rotate', 'width') for word in (f'--{name}', given(name))]
-    options += ['--wait-for', readers, '--wait-timeout', '120', '--delay', DELAY_S]
+    options += ['--wait-for', str(readers), '--wait-timeout', '120', '--delay', DELAY_S]
     options += ['--topic', given('topic')] if given('topic') else []
     options += ['--loop'] if given('loop') == 'true' else []
     options += ['--keep-stamps', '--clock'] if given('keep_stamps') == 'true' else []

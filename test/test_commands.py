@@ -173,7 +173,7 @@ def test_commands_run_where_they_are_not_installed() -> None:
     for wrong in ([], ['main'], ['gait_replay']):
         done = subprocess.run([*run, *wrong], cwd=ROOT, capture_output=True, text=True)
         assert done.returncode == 2
-        assert 'the commands are localizer' in done.stderr
+        assert 'the commands are detector' in done.stderr
 
 
 @pytest.mark.parametrize('name', commands.__all__)

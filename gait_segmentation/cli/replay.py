@@ -32,6 +32,7 @@ from gait_segmentation.cli.tool import (
 )
 from gait_segmentation.commands import FAILED, INTERRUPTED
 from gait_segmentation.config import overridden
+from gait_segmentation.detector.client import DETECTORS, detector_python
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.geometry import Box
@@ -95,12 +96,19 @@ def parser() -> argparse.ArgumentParser:
         help='tight box of a person in the first frame, in pixels of the input; without it, '
         'people are found by their motion',
     )
-    add(
+    maps = made.add_mutually_exclusive_group()
+    maps.add_argument(
         '--heat-map',
         default='',
         metavar='DIR|TOPIC',
         help='heat maps of people as evidence beside the own: a folder of grey images named by '
         'frame number (from 0) or stamp in ns, or a topic of the bag',
+    )
+    maps.add_argument(
+        '--detector',
+        choices=DETECTORS,
+        default='none',
+        help='have a network make the heat map of every frame: mediapipe, in a Python that has it',
     )
     add_reading_options(made, 'films: their own; folders: 30')
     add_config_options(made)
@@ -130,6 +138,9 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
     :raises ConfigError: if an option cannot be used.
     """
     check_ranges(options, {'jobs': PROCESSORS, 'threads': PROCESSORS})
+    if options.detector != 'none' and not options.dask:
+        # Before anything is written; the workers of a cluster have their own.
+        detector_python()
     settings = Settings()
     for path in (options.preset and preset_file(options.preset), options.params):
         if path is not None:
@@ -154,6 +165,7 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
                 box=Box(*options.box) if options.box is not None else settings.start.box(),
                 threads=options.threads,
                 heat_map=options.heat_map,
+                detector=options.detector,
             )
         )
     return jobs

@@ -195,6 +195,9 @@ class GaitNode(LifecycleNode):
     def finish(self) -> None:
         """Publish what is held back (worker)."""
 
+    def release(self) -> None:
+        """Let go of what the stage holds outside of this process, before the clean-up."""
+
     def pause(self) -> None:
         """Drop what waits for its other parts: those that come now will be ignored."""
         if self.join is not None:
@@ -318,6 +321,8 @@ class GaitNode(LifecycleNode):
             self._worker = None
         while self.outputs:
             self.destroy_publisher(self.outputs.pop())
+        if self.stage is not None:
+            self.release()
         self.stage = self.localizing = None
 
     on_configure = _transition('configuring', _configure, _tear_down)

@@ -23,10 +23,12 @@ from gait_segmentation.cli.replay import main, make_jobs, names_of, parser
 from gait_segmentation.cli.replaying.bag_output import Messages
 from gait_segmentation.cli.replaying.outputs import TABLE_COLUMNS
 from gait_segmentation.cli.replaying.run import OUTPUTS, replay
+from gait_segmentation.detector.client import PYTHON
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline
 from test.cli.conftest import BROKEN, FRAMES
+from test.detectors import fake_python
 from test.inputs.bags import compressed_fields, image_fields, stamp, write_bag2
 from test.walkers import clip, small_bank
 
@@ -325,3 +327,31 @@ def test_a_preset_is_what_parameter_file_and_options_begin_with(
     assert prior.matching.kernel == paper.matching.kernel
     assert (mine.matching.lag, mine.matching.blur) == (4, 7)
     assert mine.segmentation == paper.segmentation
+
+
+def test_a_detector_gives_a_heat_map_of_every_frame(
+    given: list[str], tmp_path: Path, monkeypatch
+) -> None:
+    monkeypatch.setenv(PYTHON, fake_python(tmp_path))
+    assert main([*given, '--detector', 'mediapipe']) == 0
+    found = images(tmp_path / 'out/walk', '/mask')
+    # What is red, in the fake.
+    heat_maps = {f'frame_{n}': each.image[..., 2] for n, each in enumerate(clip()[:FRAMES])}
+    expected = masks_of_pipeline(**heat_maps)
+    np.testing.assert_array_equal([image[:, :, 0] for image in found], expected)
+
+
+def test_a_detector_that_cannot_be_used_is_said_before_anything_is_written(
+    given: list[str], tmp_path: Path, monkeypatch, capsys
+) -> None:
+    monkeypatch.setenv(PYTHON, 'no-such-python')
+    assert main([*given, '--detector', 'mediapipe']) == 2
+    assert 'got no-such-python' in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main([*given, '--detector', 'mediapipe', '--heat-map', str(tmp_path)])
+    assert '--heat-map: not allowed with argument --detector' in capsys.readouterr().err
+    assert not (tmp_path / 'out').exists()
+    monkeypatch.setenv(PYTHON, fake_python(tmp_path, ''))
+    assert main([*given, '--detector', 'mediapipe']) == 2
+    assert 'pip install mediapipe==0.10.14' in capsys.readouterr().err
+    assert not list((tmp_path / 'out').glob('walk*'))

@@ -165,6 +165,18 @@ def test_an_input_is_played_into_the_nodes() -> None:
     assert names(single) == ['gait_pipeline', 'gait_source']
 
 
+def test_a_detector_is_one_node_more_that_sees_what_the_others_see() -> None:
+    given = {'detector': 'mediapipe', 'image': '/cam/image_raw', 'namespace': 'robot'}
+    nodes = started(**given, image_transport='compressed')
+    assert names(nodes) == [*SPLIT, 'gait_detector']
+    assert remaps(nodes[-1]) == remaps(nodes[0])
+    assert parameters(nodes[-1])['image_transport'] == 'compressed'
+    assert names(started(**given, style='single')) == ['gait_pipeline', 'gait_detector']
+    *_, source = started(REPLAY, **given, input='walk.mp4')
+    words = [part.text for word in source.cmd for part in word if hasattr(part, 'text')]
+    assert words[words.index('--wait-for') + 1] == '3'
+
+
 def remaps(node: Node) -> dict[str, str]:
     return {plain(source): plain(target) for source, target in node._Node__remappings}
 

@@ -38,12 +38,13 @@ from gait_segmentation.cli.replaying.outputs import (
 from gait_segmentation.cli.replaying.walks import OpenGaitOutput
 from gait_segmentation.cli.tool import POLL_S, scaled_box
 from gait_segmentation.commands import ENDING
+from gait_segmentation.detector.client import Detector
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.files.output_files import keep_apart, named, problem_of
 from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.geometry import Box
-from gait_segmentation.inputs import DamagedError, ImageSource, open_input
-from gait_segmentation.inputs.heat_maps import open_heat_maps
+from gait_segmentation.inputs import DamagedError, Frame, ImageSource, open_input
+from gait_segmentation.inputs.heat_maps import RecordedMap, RecordedMaps, open_heat_maps
 from gait_segmentation.kernels import compile_kernels, compiling
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 
@@ -68,7 +69,7 @@ class Job:
 
     ``outputs`` has the bag and what else is wanted; ``reading`` are arguments of
     :func:`open_input`; ``box`` is in pixels of the input;
-    ``heat_map`` is a folder, or a topic of the bag.
+    ``heat_map`` is a folder, or a topic of the bag; ``detector`` is one of :data:`DETECTORS`.
     """
 
     input: Path
@@ -79,6 +80,7 @@ class Job:
     box: Box | None = None
     threads: int = 1
     heat_map: str = ''
+    detector: str = 'none'
 
     @property
     def bag(self) -> Path:
@@ -175,11 +177,10 @@ def replay(
         about = About(source.size, source.fps, job.config.people.max_people)
         for kind, path in job.missing(force=force).items():
             outputs.append(kind(path, about))
-        most = job.reading.get('max_pixels', MOST_PIXELS)
-        maps = open_heat_maps(job.heat_map, job.input, most) if job.heat_map else None
-        results = results_of(source, Pipeline(job.config, bank), box, report.note, maps)
-        with closing(ahead(results)) as found:
-            _feed(report, outputs, shown(found, source.total), stop)
+        with _heat_maps(job) as maps:
+            results = results_of(source, Pipeline(job.config, bank), box, report.note, maps)
+            with closing(ahead(results)) as found:
+                _feed(report, outputs, shown(found, source.total), stop)
         if not report.interrupted:
             for output in outputs:
                 output.close(complete=True)
@@ -198,6 +199,32 @@ def replay(
                     remove(path)
             report.left = [path for path in left if path.exists()]
     return report
+
+
+@contextmanager
+def _heat_maps(job: Job) -> Iterator[RecordedMaps | None]:
+    """
+    Give the heat maps that a job asks for, None if it asks for none.
+
+    :raises GaitSegmentationError: if there are none, or what makes them cannot be started.
+    """
+    if job.detector != 'none':
+        with Detector() as detector:
+            detector.start()
+            yield lambda frame: _detected(detector, frame)
+    elif job.heat_map:
+        most = job.reading.get('max_pixels', MOST_PIXELS)
+        yield open_heat_maps(job.heat_map, job.input, most)
+    else:
+        yield None
+
+
+def _detected(detector: Detector, frame: Frame) -> Iterator[RecordedMap]:
+    image = frame.image
+    if image is not None:
+        # Not left to the map: what cannot be started again ends the replay.
+        detector.start()
+        yield frame.stamp_ns, lambda: detector.map_of(image)
 
 
 def _feed(

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from gait_segmentation.config import Parameter, StageConfig, parameters_of
+from gait_segmentation.nodes.detector_node import DetectorNode
 from gait_segmentation.nodes.localizer_node import LocalizerNode
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.pipeline_node import PipelineNode
@@ -27,7 +28,14 @@ from gait_segmentation.streams.config import NodeConfig, qualified
 
 NODES: dict[str, type[GaitNode]] = {
     node.name: node
-    for node in (TrackerNode, MatcherNode, SegmenterNode, LocalizerNode, PipelineNode)
+    for node in (
+        TrackerNode,
+        MatcherNode,
+        SegmenterNode,
+        LocalizerNode,
+        PipelineNode,
+        DetectorNode,
+    )
 }
 
 _WIDTH = 99
