@@ -273,13 +273,14 @@ class Fuzz:
             self.client.answers[stamp_ns] = Counter()
         self.client.fire(Shot(self._camera, good(self._camera, image, header(stamp_ns, GOOD))))
         ended = list[str]()
-        wait(
-            lambda: (
-                not self.client.missing(stamp_ns) or bool(ended.extend(self._revived()) or ended)
-            ),
-            PATIENCE_S,
-            0.002,
-        )
+
+        def settled() -> bool:
+            if self.client.missing(stamp_ns):
+                ended.extend(self._revived())
+                return bool(ended)
+            return True
+
+        wait(settled, PATIENCE_S, 0.002)
         missing = self.client.missing(stamp_ns)
         if missing and not ended:
             self._fail(f'good frame {self._number} is not answered on {", ".join(missing)}')

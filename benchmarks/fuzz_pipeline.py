@@ -111,9 +111,10 @@ def changed(draw: Callable[..., Any], config: Any, *, live: bool = True) -> Any:
 def drawn_config(draw: Callable[..., Any]) -> PipelineConfig:
     """Return a configuration of all stages."""
     kinds: tuple[type[StageConfig], ...] = (TrackingConfig, MatchingConfig, SegmentationConfig)
-    stages = [changed(draw, kind(), live=False) for kind in kinds]
+    tracking, matching, segmentation = (changed(draw, kind(), live=False) for kind in kinds)
     people = PeopleConfig(draw(st.integers(1, 4)), draw(st.integers(1, 2)))
-    return PipelineConfig(*stages, people, changed(draw, StartingConfig(), live=False))
+    starting = changed(draw, StartingConfig(), live=False)
+    return PipelineConfig(tracking, matching, segmentation, people, starting)
 
 
 @cache

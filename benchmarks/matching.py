@@ -35,6 +35,7 @@ import os
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -112,9 +113,9 @@ class Reference:
         """Take the smaller of template and window, window by window."""
         windows = windows_of(images, self._grid)
         result = np.zeros((len(self._templates), *windows.shape[:3]), np.int32)
-        for place in np.ndindex(result.shape[1:]):
-            common = np.minimum(self._templates, windows[place])
-            result[(slice(None), *place)] = common.sum(axis=(1, 2), dtype=np.int32)
+        for image, row, column in np.ndindex(result.shape[1:]):
+            common = np.minimum(self._templates, windows[image, row, column])
+            result[:, image, row, column] = common.sum(axis=(1, 2), dtype=np.int32)
         return result[self._row.reshape(-1)]
 
 
@@ -145,7 +146,7 @@ class Naive:
         grid, (count, height, width) = self._grid, self._templates.shape
         result = np.zeros((count, len(images), grid.rows, grid.columns), np.int64)
         for image, row, column in np.ndindex(result.shape[1:]):
-            move = np.float64([[1, 0, -grid.step * column], [0, 1, -grid.step * row]])
+            move = np.array([[1, 0, -grid.step * column], [0, 1, -grid.step * row]], float)
             window = cv2.warpAffine(images[image], move, (width, height))
             result[:, image, row, column] = np.minimum(self._templates, window).sum(axis=(1, 2))
             np.maximum(self._templates, window).sum(axis=(1, 2))
@@ -223,22 +224,21 @@ def measure_kernels(repeats: int) -> dict[str, Any]:
             label = KINDS[name]
             coded = sum(array.nbytes for array in vars(program).values())
             megabytes[f'{label} {count}'] = round((coded + ready.matrix.nbytes) / 2**20, 2)
-            runs[label, count] = lambda ready=ready: ready.rows(images)
+            runs[label, count] = partial(ready.rows, images)
         product = MatrixProduct(np.unique(banks['binary'], axis=0), GRID)
-        runs['gemm', count] = lambda product=product: product.common_area(images)
+        runs['gemm', count] = partial(product.common_area, images)
         # The slow kernels treat the windows one by one: a part of them tells the time of all.
         windows = WindowGrid(96, 64, 1, max(1, min(11, SLOW // (count * 11000))), 2)
         rows, columns = windows.image_shape
         part = np.ascontiguousarray(images[:1, :rows, :columns])
         full = np.maximum(banks['soft'], 1)
-        table: Any = DirectAccessTableKernel
         for label, slow in (
             ('reference', Reference(banks['soft'], windows)),
-            ('direct_access_table', Ready(table, banks['soft'], windows)),
-            ('table_no_black', Ready(table, full, windows)),
+            ('direct_access_table', Ready(DirectAccessTableKernel, banks['soft'], windows)),
+            ('table_no_black', Ready(DirectAccessTableKernel, full, windows)),
             ('naive', Naive(banks['soft'], windows)),
         ):
-            runs[label, count] = lambda slow=slow, part=part: slow.common_area(part)
+            runs[label, count] = partial(slow.common_area, part)
             parts[label, count] = SCALES * GRID.rows * GRID.columns / windows.columns
     times: dict[tuple[str, int], list[float]] = {key: [] for key in runs}
     for action in runs.values():
@@ -296,9 +296,7 @@ def measure_update(matcher: SequenceMatcher, repeats: int) -> float:
         stamp = 10**9 + number * 10**9 // 30
         times.append(
             cost(
-                lambda likelihood=likelihood, box=box, stamp=stamp: matcher.update(
-                    likelihood, box, stamp, track_id=1, source_size=(320, 240)
-                )
+                partial(matcher.update, likelihood, box, stamp, track_id=1, source_size=(320, 240))
             )
         )
     return round(float(np.median(times[20:])), 3)

@@ -165,7 +165,11 @@ def measure(style: str, size: tuple[int, int], options: argparse.Namespace) -> d
     nodes, memory = STYLES[style], []
     with tempfile.TemporaryDirectory() as folder, session() as (processes, listener):
         film, stamps = Path(folder) / 'frames', Path(folder) / 'stamps.txt'
-        box = write_scenes(film) if options.people else write_walker(film, size)
+        box = None
+        if options.people:
+            write_scenes(film)
+        else:
+            box = write_walker(film, size)
         parameters = f'max_people:={options.people or 1}', *options.parameters
         preset = preset_file(options.preset) if options.preset else None
         start(processes, nodes, listener, *parameters, box=box, preset=preset)
@@ -234,8 +238,12 @@ def played(sequence: Sequence) -> bool:
     """Play a sequence through the three nodes; return whether J is as in lockstep."""
 
     def score(masks: Mapping[int, np.ndarray]) -> float:
-        truths = {n: sequence.truth(n) for n in sequence.numbers if n in sequence.masks}
-        values = [jaccard(masks.get(n, np.zeros_like(each)), each) for n, each in truths.items()]
+        truths = {n: sequence.truth(n) for n in sequence.numbers}
+        values = [
+            jaccard(masks.get(n, np.zeros_like(truth)), truth)
+            for n, truth in truths.items()
+            if truth is not None
+        ]
         return float(np.mean(values))
 
     boxes = sequence.starts.get(sequence.numbers[0], ())

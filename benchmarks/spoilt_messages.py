@@ -207,13 +207,12 @@ def _content(rng: Random, message: Any) -> Any:
     if not isinstance(message, Image):
         return _field(rng, message)
     thin = rng.choice([(1, 1), (1, 3000), (3000, 1), (2, 2), (3, 500), (15, 15), (480, 640)])
-    shape = rng.choice([thin, (message.height, message.width)])
-    shape += (
-        (3,) if rng.choice([message.encoding == 'bgr8'] * 9 + [message.encoding != 'bgr8']) else ()
-    )
-    flat = np.full(shape, rng.choice((0, 1, 127, 254, 255)), np.uint8)
-    checks = np.indices(shape).sum(0).astype(np.uint8) % 2 * np.uint8(255)
-    picture = rng.choice([flat, checks, noise.integers(0, 256, shape, np.uint8)])
+    size = rng.choice([thin, (message.height, message.width)])
+    colour = rng.choice([message.encoding == 'bgr8'] * 9 + [message.encoding != 'bgr8'])
+    form = (*size, 3) if colour else size
+    flat = np.full(form, rng.choice((0, 1, 127, 254, 255)), np.uint8)
+    checks = np.indices(form).sum(0).astype(np.uint8) % 2 * np.uint8(255)
+    picture = rng.choice([flat, checks, noise.integers(0, 256, form, np.uint8)])
     return image_message(picture, message.header)
 
 
