@@ -4,11 +4,13 @@
 
 from __future__ import annotations
 
+import math
 import os
 import shutil
 import subprocess
 import sys
 import threading
+import time
 from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -37,6 +39,7 @@ _LARGEST_SIDE = 640
 _START_S = 60.0
 _MAP_S = 10.0
 _END_S = 2.0
+_PAUSE_S = 1.0
 
 
 class DetectorError(GaitSegmentationError):
@@ -75,7 +78,7 @@ class Detector:
     Where people are, by a network in a process of its own.
 
     The process is started with the first image, or before by :meth:`start`; should it end, it is
-    started again with the next one.
+    started again with the next one, but not within a second if it has answered no image.
     """
 
     def __init__(self, python: str | None = None) -> None:
@@ -89,6 +92,9 @@ class Detector:
         self._process: subprocess.Popen[bytes] | None = None
         self._said: deque[str] = deque(maxlen=1)
         self._listener: threading.Thread | None = None
+        self._answered = False
+        self._why, self._useless_s = '', -math.inf
+        """What was wrong last, and when it last ended without an answer to any image."""
 
     def __enter__(self) -> Detector:
         return self
@@ -100,10 +106,14 @@ class Detector:
         """
         Start the process, unless it runs, and wait until it can answer.
 
-        :raises DetectorError: if it does not, as without mediapipe.
+        :raises DetectorError: if it does not, as without mediapipe; for a second after it has
+            ended without an answer to any image nothing is tried, and the same is said again.
         """
         if self._process is not None:
             return
+        if time.monotonic() - self._useless_s < _PAUSE_S:
+            raise DetectorError(self._why)
+        self._answered = False
         environment = dict(os.environ)
         if self._python != sys.executable:
             # Of another Python, whose packages it may not have before its own.
@@ -136,8 +146,7 @@ class Detector:
 
         :param image: (H, W, 3) uint8 BGR.
         :raises InputError: if it is no image.
-        :raises DetectorError: if the process has ended or does not answer; the next image starts
-            it again.
+        :raises DetectorError: if the process has ended or does not answer, see :meth:`start`.
         """
         check_image(image)
         self.start()
@@ -152,6 +161,7 @@ class Detector:
             if _read(process.stdout, HEAD.size) != head:
                 raise EOFError
             values = _read(process.stdout, height * width)
+        self._answered = True
         return np.frombuffer(values, np.uint8).reshape(height, width)
 
     def close(self) -> None:
@@ -202,7 +212,10 @@ class Detector:
             self.close()
             why = f'no answer within {timeout_s:g} s' if late.is_set() else ''
             why = why or (self._said[0] if self._said else f'exit code {process.returncode}')
-            raise DetectorError(f'the detector ({self._python}) has ended: {why}') from error
+            self._why = f'the detector ({self._python}) has ended: {why}'
+            if not self._answered:
+                self._useless_s = time.monotonic()
+            raise DetectorError(self._why) from error
         finally:
             timer.cancel()
 

@@ -52,12 +52,14 @@ def test_a_network_that_has_ended_is_started_again(bench: Bench) -> None:
     node = bench.add(DetectorNode)
     maps = bench.record(Image, 'heat_map')
     camera = bench.publisher(Image, 'image', 1)
-    camera.publish(image_message(image(FATAL), header(0)))
+    camera.publish(image_message(image(), header(0)))
+    bench.until(lambda: len(maps) == 1, 'a map')
+    camera.publish(image_message(image(FATAL), header(1)))
     bench.until(lambda: node.statistics.failed == 1, 'the end of the network')
     assert 'frame DetectorError' in node.warnings.keys
-    camera.publish(image_message(image(), header(1)))
-    bench.until(lambda: bool(maps), 'a map')
-    assert [each.header for each in maps] == [header(1)]
+    camera.publish(image_message(image(), header(2)))
+    bench.until(lambda: len(maps) == 2, 'another map')
+    assert [each.header for each in maps] == [header(0), header(2)]
 
 
 def test_of_images_that_wait_only_the_newest_is_taken(bench: Bench, monkeypatch) -> None:
