@@ -2,15 +2,16 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-Hostile messages to the four nodes, with good frames between.
+Hostile messages to five nodes, with good frames between.
 
-gait_tracker, gait_matcher and gait_segmenter in one namespace and gait_pipeline in another run as
-processes with their defaults; one client sends them messages and requests as
+gait_tracker, gait_matcher and gait_segmenter in one namespace, gait_pipeline and gait_detector in
+others run as processes with their defaults, the detector with what only looks like a network
+unless GAIT_DETECTOR_PYTHON names a Python; one client sends them messages and requests as
 ``spoilt_messages.py`` spoils them, shows a good frame after every few, and waits for the answers
-to it.  First images are raw, then compressed.  What must hold: no node ends or hangs, tracker and
-pipeline answer every good frame once on each topic, the nodes together log less than 5 lines a
-second, and none grows by more than 50 MiB.  What libraries print by themselves does not count:
-Fast DDS of bytes that are no message, libpng and libjpeg of spoilt images.  Needs ROS 2::
+to it.  First images are raw, then compressed.  What must hold: no node ends or hangs, tracker,
+pipeline and detector answer every good frame once on each topic, the nodes together log less than
+5 lines a second, and none grows by more than 50 MiB.  What libraries print by themselves does not
+count: Fast DDS of bytes that are no message, libpng and libjpeg of spoilt images.  Needs ROS 2::
 
     python benchmarks/fuzz_messages.py [--messages 20000] [--seed 1] [--minutes 20]
         [--logs FOLDER]
@@ -21,6 +22,7 @@ again, and what was sent before is printed.  Exit code 0: all holds; 1: somethin
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 import tempfile
@@ -37,11 +39,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks import holds
 from benchmarks.fuzzing import fuzz_parser
-from benchmarks.running_nodes import ALL_NODES, STYLES, resident_mib, wait
+from benchmarks.running_nodes import resident_mib, wait
 from benchmarks.spoilt_messages import (
     KINDS,
+    NODES,
     SERVICES,
     SETS,
+    SPACES,
     Call,
     Shot,
     calls,
@@ -51,8 +55,10 @@ from benchmarks.spoilt_messages import (
 )
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
+from gait_segmentation.detector.client import PYTHON
 from gait_segmentation.ros.endpoints import LATCHED
 from gait_tools.demo.nodes import Listener, ProcessGroup, ros
+from test.detectors import fake_python
 
 SHARES = {'image': 0.8, 'image/compressed': 0.2}
 """How many of the messages go to nodes with a topic of the camera."""
@@ -76,9 +82,9 @@ _PERSON = {name: kind for name, kind in KINDS.items() if name.startswith('person
 ANSWERS = {
     **{f'split/{name}': _PERSON[name] for name in ('person_0/box', 'person_0/likelihood')},
     **{f'single/{name}': kind for name, kind in _PERSON.items()},
-    **dict.fromkeys(('single/mask', 'single/labels'), Image),
+    **dict.fromkeys(('single/mask', 'single/labels', 'alone/heat_map'), Image),
 }
-"""On which every good frame is to be answered once: by the tracker, and by the pipeline."""
+"""On which every good frame is to be answered once: by tracker, pipeline and detector."""
 
 _TWO_READERS = ('image', 'image/compressed', 'person_0/likelihood', 'person_0/matched_box',
                 'person_0/shape_prior')  # fmt: skip
@@ -86,7 +92,7 @@ _LOGGED = re.compile(rb'^\[(?:DEBUG|INFO|WARN|ERROR|FATAL)\] \[', re.MULTILINE)
 
 
 class Nodes(ProcessGroup):
-    """The processes of the nodes, started again when they end; a namespace for each style."""
+    """The processes of the nodes, started again when they end, in their namespaces."""
 
     def __init__(self, logs: Path, *parameters: str) -> None:
         """Start all, with parameters as ``name:=value``."""
@@ -96,8 +102,8 @@ class Nodes(ProcessGroup):
 
         super().__init__(logs)
         self._parameters = parameters
-        self._runs: dict[str, list[str]] = {name: [] for name in ALL_NODES}
-        for name in ALL_NODES:
+        self._runs: dict[str, list[str]] = {name: [] for name in NODES}
+        for name in NODES:
             self._begin(name)
 
     def revive(self) -> list[str]:
@@ -126,7 +132,7 @@ class Nodes(ProcessGroup):
     def _begin(self, name: str) -> None:
         runs = self._runs[name]
         runs.append(f'{name}_{len(runs)}')
-        space = 'split' if name in STYLES['split'] else 'single'
+        space = next(space for space, names in SPACES.items() if name in names)
         given = [word for each in self._parameters for word in ('-p', each)]
         command = name.removeprefix('gait_'), '--ros-args', '-r', f'__ns:=/{space}', *given
         self.start(runs[-1], *command)
@@ -139,27 +145,30 @@ class Client(Listener):
         """Make all endpoints but for the other topic of a camera; rclpy must be initialised."""
         self.answers: dict[int, Counter[str]] = {}
         super().__init__(ANSWERS | {'split/mask': Image})
-        topics = [name for name in KINDS if name not in SHARES or name == camera]
+        read = {
+            'split': [name for name in KINDS if name not in SHARES or name == camera],
+            'single': [name for name in (camera, 'init_roi', 'detections') if name in KINDS],
+            'alone': [camera],
+        }
         self._publishers = {
             f'{space}/{topic}': self.node.create_publisher(
                 KINDS[topic],
                 f'{space}/{topic}',
                 LATCHED if topic == 'image_size' else QoSProfile(depth=200),
             )
-            for space in STYLES
+            for space, topics in read.items()
             for topic in topics
-            if space == 'split' or topic in (camera, 'init_roi', 'detections')
         }
         self._services = {
             (name, service): self.node.create_client(kind, f'/{space}/{name}/{service}')
-            for space, names in STYLES.items()
+            for space, names in SPACES.items()
             for name in names
             for service, kind in SERVICES.items()
         }
 
     def connected(self) -> bool:
         """Tell whether all nodes are active, hear this client and are heard."""
-        wanted = {f'{space}/{name}' for space, names in STYLES.items() for name in names}
+        wanted = {f'{space}/{name}' for space, names in SPACES.items() for name in names}
         return wanted <= self.active() and all(map(self.subscribers, ANSWERS)) and all(
             made.get_subscription_count()
             >= 1 + (topic.removeprefix('split/') in _TWO_READERS)
@@ -168,7 +177,7 @@ class Client(Listener):
 
     def fire(self, shot: Shot) -> None:
         """Publish a message to all nodes that read it."""
-        for space in STYLES:
+        for space in SPACES:
             publisher = self._publishers.get(f'{space}/{shot.topic}')
             if publisher is not None:
                 publisher.publish(shot.message)
@@ -336,6 +345,7 @@ def main() -> int:
     print(f'seed {options.seed}', flush=True)
     fine, end = True, time.monotonic()
     with ros(), tempfile.TemporaryDirectory() as scratch:
+        os.environ.setdefault(PYTHON, fake_python(Path(scratch)))
         for camera, share in SHARES.items():
             end += 60 * share * options.minutes
             logs = (options.logs or Path(scratch)) / camera.replace('/', '_')

@@ -28,10 +28,15 @@ from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
 
 from benchmarks.fuzzing import CHANGES
-from benchmarks.running_nodes import ALL_NODES
+from benchmarks.running_nodes import STYLES
 from gait_segmentation.inputs.encodings import ENCODINGS
 from gait_segmentation.ros.messages import detection_types, image_message
 from gait_segmentation.streams.fields import GAIT_NAMES
+
+SPACES = {**STYLES, 'alone': ('gait_detector',)}
+"""The nodes, by the namespace they are in."""
+
+NODES = [name for names in SPACES.values() for name in names]
 
 DETECTIONS = detection_types()
 
@@ -258,7 +263,7 @@ def shots(name: str, rng: Random, image: np.ndarray, about: Header) -> tuple[str
 
 def calls(rng: Random) -> tuple[str, list[Call]]:
     """Return what is asked of a node, in words, and the requests."""
-    node, what = rng.choice(ALL_NODES), rng.choice(('set', 'ask', 'enable', 'reset', 'state'))
+    node, what = rng.choice(NODES), rng.choice(('set', 'ask', 'enable', 'reset', 'state'))
     if what == 'set':
         count = rng.choice((0, 1, 1, 1, 4, 200))
         given = [
