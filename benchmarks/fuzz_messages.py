@@ -147,7 +147,9 @@ class Client(Listener):
         super().__init__(ANSWERS | {'split/mask': Image})
         read = {
             'split': [name for name in KINDS if name not in SHARES or name == camera],
-            'single': [name for name in (camera, 'init_roi', 'detections') if name in KINDS],
+            'single': [
+                name for name in (camera, 'init_roi', 'detections', 'heat_map') if name in KINDS
+            ],
             'alone': [camera],
         }
         self._publishers = {
@@ -313,8 +315,9 @@ class Fuzz:
             # Else what the nodes make of the frames before comes in the middle of the set, with
             # stamps that go back, and nothing is joined.
             wait(lambda: not self.client.missing(self._stamp_ns, ('split/mask',)), MASKS_S, 0.005)
-        # Only of a frame that it has seen does the tracker learn.
-        stamp_ns = self._stamp_ns + (0 if name == 'feedback' else (place + 1) * APART_NS)
+        # Only of a frame that it has seen does the tracker learn, or take a map.
+        seen = name in ('feedback', 'heat_map')
+        stamp_ns = self._stamp_ns + (0 if seen else (place + 1) * APART_NS)
         how, found = shots(name, rng, image, header(stamp_ns, 'bad'))
         self._note(how, len(found))
         for shot in found:

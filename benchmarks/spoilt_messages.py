@@ -45,6 +45,7 @@ KINDS: dict[str, Any] = {
     'image/compressed': CompressedImage,
     'init_roi': RegionOfInterest,
     **({} if DETECTIONS is None else {'detections': DETECTIONS.Detection2DArray}),
+    'heat_map': Image,
     'image_size': RegionOfInterest,
     'person_0/box': PolygonInstanceStamped,
     'person_0/likelihood': Image,
