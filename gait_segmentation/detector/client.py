@@ -10,9 +10,8 @@ import shutil
 import subprocess
 import sys
 import threading
-import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
@@ -78,20 +77,24 @@ class Detector:
     Where people are, by a network in a process of its own.
 
     The process is started with the first image, or before by :meth:`start`; should it end, it is
-    started again with the next one, but not within a second if it has answered no image.
+    started again with the next one, by a clock not within a second if it has answered no image.
     """
 
-    def __init__(self, python: str | None = None) -> None:
+    def __init__(
+        self, python: str | None = None, clock: Callable[[], float] | None = None
+    ) -> None:
         """
         Find the Python to run it with; nothing is started.
 
         :param python: asked for by :func:`detector_python` if None.
+        :param clock: seconds that never go back; without, there is no pause before a new start.
         :raises ConfigError: if there is none.
         """
         self._python = python or detector_python()
         self._process: subprocess.Popen[bytes] | None = None
         self._said: deque[str] = deque(maxlen=1)
         self._listener: threading.Thread | None = None
+        self._clock = clock
         self._answered = False
         self._why, self._useless_s = '', -math.inf
         """What was wrong last, and when it last ended without an answer to any image."""
@@ -111,7 +114,7 @@ class Detector:
         """
         if self._process is not None:
             return
-        if time.monotonic() - self._useless_s < _PAUSE_S:
+        if self._clock is not None and self._clock() - self._useless_s < _PAUSE_S:
             raise DetectorError(self._why)
         self._answered = False
         environment = dict(os.environ)
@@ -213,8 +216,8 @@ class Detector:
             why = f'no answer within {timeout_s:g} s' if late.is_set() else ''
             why = why or (self._said[0] if self._said else f'exit code {process.returncode}')
             self._why = f'the detector ({self._python}) has ended: {why}'
-            if not self._answered:
-                self._useless_s = time.monotonic()
+            if self._clock is not None and not self._answered:
+                self._useless_s = self._clock()
             raise DetectorError(self._why) from error
         finally:
             timer.cancel()

@@ -34,7 +34,7 @@ class DetectorNode(GaitNode):
 
     def build(self) -> None:
         """Start the network, so that a node that is active can answer, and make the publisher."""
-        self.stage = Detector()
+        self.stage = Detector(clock=time.monotonic)
         with self.unhurried():
             self.stage.start()
         self._bits = SampleBits()

@@ -49,20 +49,24 @@ def test_large_images_are_sent_smaller(python: str) -> None:
 def test_one_that_has_ended_says_why_and_is_started_again(python: str) -> None:
     with Detector(python) as detector:
         for _ in range(2):
-            assert detector.map_of(image()).any()
             with pytest.raises(DetectorError, match='has ended: out of memory'):
                 detector.map_of(image(FATAL))
+        assert detector.map_of(image()).any()
 
 
-def test_one_that_ends_at_its_first_image_is_left_alone_for_a_while(
-    python: str, monkeypatch
+def test_by_a_clock_one_that_ends_at_its_first_image_is_left_alone_for_a_second(
+    python: str,
 ) -> None:
-    monkeypatch.setattr(client, '_PAUSE_S', 600.0)
-    with Detector(python) as detector:
-        for first in (FATAL, (0, 0, 0)):
+    now_s = 5.0
+    with Detector(python, clock=lambda: now_s) as detector:
+        for first, later_s in ((FATAL, 0.9), ((0, 0, 0), 0.2)):
             with pytest.raises(DetectorError, match='has ended: out of memory'):
                 detector.map_of(image(first))
-        monkeypatch.setattr(client, '_PAUSE_S', 0.0)
+            now_s += later_s
+        assert detector.map_of(image()).any()
+        # Not one that has answered.
+        with pytest.raises(DetectorError, match='has ended: out of memory'):
+            detector.map_of(image(FATAL))
         assert detector.map_of(image()).any()
 
 
