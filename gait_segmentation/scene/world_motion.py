@@ -57,7 +57,7 @@ class WorldMotion:
 
     def inverse(self) -> WorldMotion:
         """Return how the world moved from the later frame to the earlier one."""
-        return self if self.camera is None else WorldMotion(np.linalg.inv(self.camera))
+        return self if self.camera is None else WorldMotion(np.asarray(np.linalg.inv(self.camera)))
 
     def scaled(self, across: float, down: float) -> WorldMotion:
         """Return it in the pixels of an image so many times as wide and as high."""
