@@ -44,7 +44,7 @@ from sklearn.preprocessing import StandardScaler
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from benchmarks.synthetic.things import THINGS, ThingClip
 from gait_segmentation.cli.tool import run_tool
-from gait_segmentation.files.image_files import read_grey
+from gait_segmentation.files.image_files import read_heat_map
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input
@@ -85,7 +85,7 @@ def film(path: Path) -> Iterator[Frame]:
         others = path / 'rvm' / f'{sequence.frames[number].stem}.png'
         people = None
         if others.exists():
-            people = np.asarray(cv2.resize(read_grey(others), image.shape[1::-1]))
+            people = np.asarray(cv2.resize(read_heat_map(others), image.shape[1::-1]))
         yield image, sequence.stamp_ns(number), box, people
 
 
