@@ -350,12 +350,6 @@ def compose(outer: NDArray[np.float64], inner: NDArray[np.float64]) -> NDArray[n
     )
 
 
-def carry(transform: NDArray[np.float64], x: float, y: float) -> tuple[float, float]:
-    """Return where a 2 x 3 transform takes a position; in plain numbers, which is faster."""
-    (a, b, dx), (c, d, dy) = transform.tolist()
-    return a * x + b * y + dx, c * x + d * y + dy
-
-
 def invert(transform: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     Return the inverse of a 2 x 3 transform.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import NO_CHROMA, gray_lab
 from gait_segmentation.images import Window, median
 from gait_segmentation.kernels import kernel
-from gait_segmentation.scene.world_motion import WorldMotion, warp_window
+from gait_segmentation.scene.world_motion import WorldMotion
 
 _LEAST_RATE, _HIDDEN_DECAY = 0.04, 0.995
 _SAMPLE_STEP = 3
@@ -181,11 +181,11 @@ class BackgroundModel:
             return self
         other = BackgroundModel(self.sums.shape[:2])
         other.sigma, other.misplacement = self.sigma, self.misplacement
-        motion, decay = WorldMotion.over(steps).transform, np.float32(_WARP_DECAY**moves)
+        motion, decay = WorldMotion.over(steps), np.float32(_WARP_DECAY**moves)
         for window in self._all if windows is None else windows:
             # Linear interpolation, frame after frame, would take the contrast out of fine stripes,
             # which then differ from every new frame.
-            part = warp_window(self.sums, motion, window, cv2.BORDER_CONSTANT, cv2.INTER_CUBIC)
+            part = motion.warped(self.sums, window, cv2.BORDER_CONSTANT, cv2.INTER_CUBIC)
             np.multiply(np.maximum(part, 0, out=part), decay, out=other.sums[window])
         return other
 

@@ -4,7 +4,7 @@
 Motion of the camera and of the body between two frames, from sparse optical flow.
 
 Points are followed by the pyramidal Lucas-Kanade method: corners away from people give the
-camera's motion as a robust similarity, points on the person the body's shift.
+camera's motion as a robust homography, points on the person the body's shift.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from gait_segmentation.images import Window, bounding_box, median
 from gait_segmentation.scene.working import Pyramid
 from gait_segmentation.scene.world_motion import WorldMotion
 
-_MOST_OF_WORLD, _ON_BODY = 64, 32
+_MOST_OF_WORLD, _ON_BODY = 128, 32
 """Corners that are sought of the world, and about how many points of a body are followed."""
 
 _LEAST_OF_BODY = 6
@@ -62,7 +62,7 @@ _LEAST_POINTS = 8
 _STILL_PX = 0.2
 """Points that are needed, and the median shift up to which they stand still."""
 
-_REACH_PX = 0.75
+_REACH_PX = 0.5
 """How far off a point may be that still counts: little, or slow walkers pull the world along."""
 
 _MOST_SAMPLES = 100
@@ -290,10 +290,12 @@ def camera_motion(
     before: NDArray[np.float32], after: NDArray[np.float32]
 ) -> NDArray[np.float64] | None:
     """
-    Return the similarity that most points agree on, None if they stand still or are few.
+    Return the homography that most points agree on, None if they stand still or are few.
+
+    That is how a still world looks to a camera that turns, and a plane to any camera.
 
     :param before, after: (n, 2) float32, positions (x, y) of the same points in two frames.
-    :returns: 2 x 3 transform of positions.
+    :returns: 3 x 3 homography of positions.
     """
     if len(before) < _LEAST_POINTS:
         return None
@@ -301,12 +303,23 @@ def camera_motion(
     if np.partition(shift, len(shift) // 2)[len(shift) // 2] < _STILL_PX:
         return None
     # OpenCV draws the same samples in every call.
-    motion, agrees = cv2.estimateAffinePartial2D(
-        before, after, ransacReprojThreshold=_REACH_PX, maxIters=_MOST_SAMPLES
+    motion, agrees = cv2.findHomography(
+        before, after, cv2.USAC_FAST, _REACH_PX, maxIters=_MOST_SAMPLES
     )
-    if motion is None or np.count_nonzero(agrees) < _LEAST_AGREEING * len(before):
-        return None
-    zoom = np.hypot(motion[0, 0], motion[1, 0])
-    if abs(motion[1, 0]) > _MOST_TURN or not 1 / _MOST_ZOOM < zoom < _MOST_ZOOM:
+    least = max(_LEAST_POINTS, _LEAST_AGREEING * len(before))
+    if motion is None or np.count_nonzero(agrees) < least or not _is_plausible(motion, before):
         return None
     return np.asarray(motion)
+
+
+def _is_plausible(motion: NDArray[np.float64], points: NDArray[np.float32]) -> bool:
+    """Tell whether a camera can have moved like this, by the sides of the points' box."""
+    (left, top), (right, bottom) = points.min(axis=0), points.max(axis=0)
+    rim = np.array([[(left, top), (right, top), (right, bottom), (left, bottom)]], np.float64)
+    now = cv2.perspectiveTransform(rim, motion)
+    before, after = (np.roll(each[0], -1, axis=0) - each[0] for each in (rim, now))
+    change = (after @ (1, 1j)) / (before @ (1, 1j))
+    zoom, turn = np.abs(change), np.abs(np.angle(change))
+    return bool(
+        (turn < _MOST_TURN).all() and (zoom > 1 / _MOST_ZOOM).all() and (zoom < _MOST_ZOOM).all()
+    )

@@ -21,7 +21,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import compose, scaling
 from gait_segmentation.images import median
 from gait_segmentation.scene.background import BackgroundModel
 from gait_segmentation.scene.world_motion import WorldMotion
@@ -123,9 +122,7 @@ class Light:
             return
         now, self._now = self._now, None
         if motion.camera is not None:
-            small, large = scaling(1 / _CELL), scaling(_CELL)
-            motion = WorldMotion(compose(compose(small, motion.camera), large))
-            self._known = self._known.moved([motion])
+            self._known = self._known.moved([motion.scaled(1 / _CELL, 1 / _CELL)])
         hidden = (people > 0).view(np.uint8) * 255
         hidden = np.asarray(cv2.resize(hidden, now.shape[1::-1], interpolation=cv2.INTER_AREA))
         self._people = hidden > 0

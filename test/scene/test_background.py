@@ -38,7 +38,9 @@ def test_it_moves_with_the_camera_and_forgets_what_left() -> None:
     lab = texture()
     model = learnt(lab)
     assert model.moved([WorldMotion()]) is model
-    model = model.moved([WorldMotion(np.array([[1.0, 0, 5], [0, 1.0, -3]])), WorldMotion()])
+    model = model.moved(
+        [WorldMotion(np.array([[1.0, 0, 5], [0, 1, -3], [0, 0, 1]])), WorldMotion()]
+    )
     assert model.mean[10, 20] == pytest.approx(lab[13, 15].astype(float), abs=0.01)
     assert model.count[10, 2] == 0
     assert 0.9 < model.count[10, 20] < 1
@@ -48,7 +50,7 @@ def test_the_unknown_does_not_darken_its_neighbours() -> None:
     person = np.zeros((20, 20), np.uint8)
     person[:, 10:] = 255
     model = learnt(np.full((20, 20, 3), 200, np.uint8), person)
-    model = model.moved([WorldMotion(np.array([[1.0, 0, 0.4], [0, 1.0, 0]]))])
+    model = model.moved([WorldMotion(np.array([[1.0, 0, 0.4], [0, 1, 0], [0, 0, 1]]))])
     known = model.count > 0.25
     assert model.mean[:, :, 0][known] == pytest.approx(np.full(known.sum(), 200.0), abs=0.1)
 
@@ -58,7 +60,7 @@ def test_stripes_keep_their_contrast_while_the_camera_trembles() -> None:
     lab = np.repeat(np.repeat(rows[:, None, None], 80, axis=1), 3, axis=2).astype(np.uint8)
     model = learnt(lab)
     for dy in (0.3, -0.4, 0.2, -0.3, 0.4, -0.2):
-        model = model.moved([WorldMotion(np.array([[1.0, 0, 0.1], [0, 1.0, dy]]))])
+        model = model.moved([WorldMotion(np.array([[1.0, 0, 0.1], [0, 1, dy], [0, 0, 1]]))])
     inner = (slice(10, 50), slice(10, 70), 0)
     assert model.mean[inner].std() > 0.85 * lab[inner].std()
 
@@ -80,7 +82,7 @@ def test_noise_is_measured_on_the_surroundings_only() -> None:
 
 def test_only_the_windows_are_kept_when_it_moves() -> None:
     model = learnt(texture())
-    motion = WorldMotion(np.array([[1.0, 0, 2.5], [0, 1.0, -1]]))
+    motion = WorldMotion(np.array([[1.0, 0, 2.5], [0, 1, -1], [0, 0, 1]]))
     windows = [(slice(0, 30), slice(10, 50)), (slice(40, 50), slice(30, 80)), (slice(5, 5),) * 2]
     part, whole = model.moved([motion], windows), model.moved([motion])
     assert part.sums.min() == 0

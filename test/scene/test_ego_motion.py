@@ -6,10 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.geometry import pixel_affine, scaling
 from gait_segmentation.scene.ego_motion import MotionEstimator, camera_motion, followed
 from gait_segmentation.scene.working import Pyramid
-from gait_segmentation.scene.world_motion import WorldMotion, warp_window
+from gait_segmentation.scene.world_motion import WorldMotion
 
 
 def scene(seed: int = 1) -> np.ndarray:
@@ -18,10 +17,13 @@ def scene(seed: int = 1) -> np.ndarray:
     return cv2.resize(small, (320, 240), interpolation=cv2.INTER_CUBIC)
 
 
-def moved(image: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    return cv2.warpAffine(
-        image, pixel_affine(motion), image.shape[::-1], borderMode=cv2.BORDER_REFLECT
-    )
+def motion_of(*rows: list[float]) -> WorldMotion:
+    return WorldMotion(np.array(rows if len(rows) == 3 else [*rows, [0, 0, 1]], np.float64))
+
+
+def moved(image: np.ndarray, motion: WorldMotion) -> np.ndarray:
+    whole = slice(0, image.shape[0]), slice(0, image.shape[1])
+    return motion.warped(image, whole, cv2.BORDER_REFLECT)
 
 
 def test_the_first_frame_has_no_motion() -> None:
@@ -31,13 +33,14 @@ def test_the_first_frame_has_no_motion() -> None:
     assert estimator.body_shift(np.full((240, 320), 255, np.uint8), motion) is None
 
 
-def test_pan_and_zoom_are_found() -> None:
+@pytest.mark.parametrize('tilt', [0.0, 1.5e-4])
+def test_how_the_camera_pans_zooms_and_tilts_is_found(tilt: float) -> None:
     estimator = MotionEstimator()
-    true = np.array([[1.01, 0.0, 4.0], [0.0, 1.01, -2.5]])
+    true = motion_of([1.01, 0.0, 4.0], [0.0, 1.01, -2.5], [0.0, tilt, 1.0])
     estimator.update(Pyramid(scene()), None)
-    camera = estimator.update(Pyramid(moved(scene(), true)), None).camera
-    for point in ([50, 50, 1], [250, 180, 1]):
-        assert camera @ point == pytest.approx(true @ point, abs=0.15)
+    found = estimator.update(Pyramid(moved(scene(), true)), None)
+    for point in ((50, 50), (250, 180), (20, 220)):
+        assert found.carry(*point) == pytest.approx(true.carry(*point), abs=0.15)
 
 
 PERSON = np.zeros((240, 320), np.uint8)
@@ -81,7 +84,7 @@ def test_bodies_at_the_border_are_followed_as_well() -> None:
 
 
 def test_frames_in_which_nothing_can_be_seen_are_passed_over() -> None:
-    motion = np.array([[1, 0, 5.0], [0, 1, -2.0]])
+    motion = motion_of([1, 0, 5], [0, 1, -2])
     estimator = MotionEstimator()
     estimator.update(Pyramid(scene()), None)
     body = np.full((240, 320), 255, np.uint8)
@@ -90,7 +93,7 @@ def test_frames_in_which_nothing_can_be_seen_are_passed_over() -> None:
         assert covered.camera is None
         assert estimator.body_shift(body, covered) is None
     found = estimator.update(Pyramid(moved(scene(), motion)), None)
-    np.testing.assert_allclose(found.camera, motion, atol=0.1)
+    assert found.carry(160, 120) == pytest.approx((165, 118), abs=0.1)
 
 
 @pytest.mark.parametrize('what', ['stripes', 'slope', 'smaller'])
@@ -107,13 +110,13 @@ def test_stripes_noise_and_another_size_are_nothing_to_follow(what: str) -> None
 
 def test_a_jolt_of_40_pixels_is_followed() -> None:
     estimator = MotionEstimator()
-    true = np.array([[1.0, 0.0, 40.0], [0.0, 1.0, -12.0]])
+    true = motion_of([1, 0, 40], [0, 1, -12])
     wide = cv2.resize(scene(), (640, 480), interpolation=cv2.INTER_CUBIC)
     body = np.zeros((480, 640), np.uint8)
     body[180:300, 300:350] = 255
     estimator.update(Pyramid(wide), body)
     motion = estimator.update(Pyramid(moved(wide, true)), body)
-    assert motion.camera @ [320, 240, 1] == pytest.approx([360, 228], abs=0.3)
+    assert motion.carry(320, 240) == pytest.approx((360, 228), abs=0.3)
     # The body is looked for where the camera's motion takes it.
     assert estimator.body_shift(body, motion) == pytest.approx((40, -12), abs=0.3)
 
@@ -173,7 +176,7 @@ def test_images_may_be_smaller_than_the_window(shape: tuple[int, int]) -> None:
     np.testing.assert_allclose(before, after, atol=0.1)
 
 
-TRUE = np.array([[1.02, -0.03, 4.0], [0.03, 1.02, -7.0]])
+TRUE = motion_of([1.02, -0.03, 4], [0.03, 1.02, -7], [1e-5, -2e-5, 1])
 
 
 def points(count: int = 40) -> np.ndarray:
@@ -181,13 +184,13 @@ def points(count: int = 40) -> np.ndarray:
 
 
 def carried(before: np.ndarray) -> np.ndarray:
-    return (before @ TRUE[:, :2].T + TRUE[:, 2]).astype(np.float32)
+    return np.array([TRUE.carry(*point) for point in before.tolist()], np.float32)
 
 
 def test_points_on_things_that_move_by_themselves_do_not_count() -> None:
     before, after = points(), carried(points())
     after[::3] += np.float32([30, 5])
-    np.testing.assert_allclose(camera_motion(before, after), TRUE, atol=1e-3)
+    np.testing.assert_allclose(camera_motion(before, after), TRUE.camera, atol=1e-3)
 
 
 @pytest.mark.parametrize('seed', range(4))
@@ -198,7 +201,7 @@ def test_slow_walkers_do_not_pull_the_world_along(seed: int) -> None:
     # With a zoom of 1/400 they would nearly agree with the rest.
     after[np.argsort(before[:, 0])[-15:], 0] -= 2
     motion = camera_motion(before, after)
-    assert motion @ [290, 215, 1] == pytest.approx((290.5, 215.3), abs=0.15)
+    assert WorldMotion(motion).carry(290, 215) == pytest.approx((290.5, 215.3), abs=0.15)
 
 
 @pytest.mark.parametrize('after', [points(), points() + np.float32(0.1), carried(points()[::-1])])
@@ -209,11 +212,15 @@ def test_points_that_stand_still_are_few_or_do_not_agree_have_no_motion(
     assert camera_motion(points(7), carried(points(7))) is None
 
 
-@pytest.mark.parametrize(('zoom', 'turn'), [(1.3, 0.0), (0.7, 0.0), (1.0, 0.3)])
-def test_no_camera_zooms_or_turns_as_much_from_frame_to_frame(zoom: float, turn: float) -> None:
+@pytest.mark.parametrize(
+    ('zoom', 'turn', 'tilt'), [(1.3, 0, 0), (0.7, 0, 0), (1, 0.3, 0), (1, 0, 2e-3)]
+)
+def test_no_camera_zooms_turns_or_tilts_as_much_from_frame_to_frame(
+    zoom: float, turn: float, tilt: float
+) -> None:
     sure = points() - np.float32([160, 120])
     cos, sin = zoom * np.cos(turn), zoom * np.sin(turn)
-    moved_on = sure @ np.array([[cos, sin], [-sin, cos]], np.float32)
+    moved_on = sure @ np.array([[cos, sin], [-sin, cos]], np.float32) / (1 + tilt * sure[:, :1])
     assert camera_motion(sure, moved_on) is None
 
 
@@ -233,62 +240,57 @@ def test_points_that_do_not_come_back_are_left_out() -> None:
     np.testing.assert_allclose(after - before, np.broadcast_to(step, kept.shape), atol=0.1)
 
 
-CAMERA = np.array([[1.0, 0.0, 3.0], [0.0, 1.0, 0.0]])
+STEP, TURN = motion_of([1, 0, 3], [0, 1, 0]), motion_of([0, -1, 0], [1, 0, 0])
 
 
 def test_motions_of_the_camera_are_made_one_after_the_other() -> None:
-    turn, step = np.array([[0.0, -1, 0], [1, 0, 0]]), np.array([[1.0, 0, 2], [0, 1, 3]])
     still = WorldMotion()
-    total = WorldMotion.over([still, WorldMotion(turn), still, WorldMotion(step)])
-    assert total.carry(5, 1) == pytest.approx((1, 8))
-    assert total.transform @ [5, 1, 1] == pytest.approx((1, 8))
+    total = WorldMotion.over([still, TURN, still, STEP])
+    assert total.carry(5, 1) == pytest.approx((2, 5))
     for nothing in (WorldMotion.over([still, still]), WorldMotion.over([])):
         assert nothing.camera is None
         assert nothing.carry(5, 1) == (5, 1)
-        assert nothing.transform @ [5, 1, 1] == pytest.approx((5, 1))
 
 
 def test_the_way_back_leads_to_where_it_began() -> None:
-    steps = WorldMotion(CAMERA), WorldMotion(np.array([[0.0, -1, 0], [1, 0, 0]]))
+    steps = STEP, TURN, TRUE
     back = WorldMotion.over(steps).inverse()
     assert WorldMotion.over([*steps, back]).carry(10, 20) == pytest.approx((10, 20))
     assert WorldMotion().inverse() == WorldMotion()
 
 
+def test_in_an_image_of_another_size_it_is_the_same() -> None:
+    x, y = TRUE.carry(100, 60)
+    assert TRUE.scaled(0.5, 0.25).carry(50, 15) == pytest.approx((x / 2, y / 4))
+    assert WorldMotion().scaled(0.5, 0.25) == WorldMotion()
+
+
 @pytest.mark.parametrize('border', [cv2.BORDER_REPLICATE, cv2.BORDER_CONSTANT])
-def test_images_are_warped_with_the_world(border: int) -> None:
-    image = np.random.default_rng(1).integers(0, 255, (64, 80)).astype(np.uint8)
-    window = slice(20, 50), slice(60, 80)
-    made = WorldMotion(CAMERA).warped(image, window, border)
-    np.testing.assert_array_equal(made, warp_window(image, CAMERA, window, border))
+def test_a_window_of_a_warp_is_the_warps_window(border: int) -> None:
+    image = np.random.default_rng(0).integers(1, 255, (40, 50), np.uint8)
+    motion, window = motion_of([1, 0, 3], [0, 1, -2]), (slice(10, 20), slice(0, 35))
+    part = motion.warped(image, window, border)
+    np.testing.assert_array_equal(part[:, 3:], image[12:22, :32])
+    outside = image[12:22, :1] if border == cv2.BORDER_REPLICATE else 0
+    assert (part[:, :3] == outside).all()
     np.testing.assert_array_equal(WorldMotion().warped(image, window, border), image[window])
-
-
-def test_a_window_of_a_warp_is_the_warps_window() -> None:
-    image = np.random.default_rng(0).integers(0, 255, (40, 50), np.uint8)
-    motion = np.array([[1.0, 0.0, 3.0], [0.0, 1.0, -2.0]])
-    window = (slice(10, 20), slice(15, 35))
-    part = warp_window(image, motion, window)
-    assert np.array_equal(part, image[12:22, 12:32])
-    assert np.array_equal(warp_window(image, scaling(1), window), image[window])
 
 
 @pytest.mark.parametrize(
     'motion',
     [
-        [[1.0, 0.0, 3.3], [0.0, 1.0, -1.77]],
-        [[0.9, 0.1, 3.0], [-0.1, 0.9, 4.0]],
+        motion_of([1, 0, 3.3], [0, 1, -1.77]),
+        motion_of([0.9, 0.1, 3], [-0.1, 0.9, 4], [1e-4, 2e-4, 1]),
     ],
 )
-def test_what_a_window_shows_is_where_the_motion_takes_it(motion: list[list[float]]) -> None:
+def test_what_a_window_shows_is_where_the_motion_takes_it(motion: WorldMotion) -> None:
     image = cv2.GaussianBlur(
         np.random.default_rng(5).integers(0, 256, (90, 130), np.uint8), (0, 0), 3
     )
     window = (slice(20, 60), slice(30, 110))
-    part = warp_window(image, np.array(motion), window)
-    turn, shift = np.array(motion)[:, :2], np.array(motion)[:, 2]
+    part = motion.warped(image, window)
     for row, column in ((25, 40), (40, 70), (55, 100)):
-        x, y = np.linalg.solve(turn, np.array([column, row]) + 0.5 - shift) - 0.5
+        x, y = (each - 0.5 for each in motion.inverse().carry(column + 0.5, row + 0.5))
         left, top = int(x), int(y)
         u, v = x - left, y - top
         corner = image[top : top + 2, left : left + 2].astype(float)
@@ -298,5 +300,4 @@ def test_what_a_window_shows_is_where_the_motion_takes_it(motion: list[list[floa
 
 def test_an_empty_window_is_empty() -> None:
     image = np.zeros((9, 8), np.uint8)
-    motion = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.0]])
-    assert warp_window(image, motion, (slice(3, 3), slice(1, 6))).shape == (0, 5)
+    assert STEP.warped(image, (slice(3, 3), slice(1, 6))).shape == (0, 5)

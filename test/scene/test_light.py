@@ -149,7 +149,7 @@ def test_a_person_who_fills_the_picture_is_no_light(width: float, known: bool) -
 
 def test_the_place_is_known_while_the_camera_moves() -> None:
     wide, light = scene(3, (240, 960)), Light()
-    motion = WorldMotion(np.array([[1.0, 0.0, -5.0], [0.0, 1.0, 0.0]]))
+    motion = WorldMotion(np.array([[1.0, 0.0, -5.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]))
     for number in range(40):
         part = np.ascontiguousarray(wide[:, 5 * number : 5 * number + 320])
         made = shown(light, lit(part, 1 - 0.01 * number, number), motion if number else STILL)

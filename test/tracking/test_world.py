@@ -9,7 +9,7 @@ import pytest
 from gait_segmentation.geometry import Box
 from gait_segmentation.scene.background import BackgroundModel
 from gait_segmentation.scene.working import WorkingImage
-from gait_segmentation.scene.world_motion import WorldMotion, warp_window
+from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.tracking import TrackingConfig
 from gait_segmentation.tracking.records import Record, add_moving, moving_pixels
 from gait_segmentation.tracking.world import World, windows_about
@@ -262,8 +262,7 @@ def test_windows_have_room_about_people_and_those_who_are_near_share_one() -> No
     (one,) = windows_about([Box(100, 30, 30, 50)], STILL, SIZE)
     assert one[0].start < 30 < 80 < one[0].stop
     assert one[1].start < 100 < 130 < one[1].stop
-    camera = np.array([[1.0, 0.0, 20.0], [0.0, 1.0, 0.0]])
-    (two,) = windows_about([Box(100, 30, 30, 50)], WorldMotion(camera), SIZE)
+    (two,) = windows_about([Box(100, 30, 30, 50)], shift(20), SIZE)
     assert two == (one[0], slice(one[1].start + 20, one[1].stop + 20))
     near = [Box(40, 30, 30, 50), Box(75, 30, 30, 50), Box(220, 30, 30, 50)]
     first, second = windows_about(near, STILL, SIZE)
@@ -276,8 +275,8 @@ def test_windows_have_room_about_people_and_those_who_are_near_share_one() -> No
 WINDOW = (slice(10, 70), slice(10, 90))
 
 
-def shift(dx: float, dy: float = 0.0) -> np.ndarray:
-    return np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
+def shift(dx: float, dy: float = 0.0) -> WorldMotion:
+    return WorldMotion(np.array([[1.0, 0.0, dx], [0.0, 1.0, dy], [0.0, 0.0, 1.0]]))
 
 
 def test_what_moves_against_the_world_is_found_and_the_panned_world_is_not() -> None:
@@ -285,7 +284,7 @@ def test_what_moves_against_the_world_is_found_and_the_panned_world_is_not() -> 
     world = rng.integers(0, 255, (80, 120)).astype(np.uint8)
     earlier, now = world[:, :100].copy(), world[:, 4:104].copy()
     earlier[30:40, 30:40], now[30:40, 46:56] = 0, 0
-    moving = moving_pixels(now, earlier, WorldMotion(shift(-4)), WINDOW, spread=2.0)
+    moving = moving_pixels(now, earlier, shift(-4), WINDOW, spread=2.0)
     assert moving.shape == (60, 80)
     assert moving[25, 40]
     assert not moving[:, :10].any()
@@ -303,11 +302,11 @@ def test_squares_are_marked_about_squares_that_changed(
     now = np.clip(then + change, 0, 255).astype(np.uint8)
     window = (slice(3, 3 + shape[0]), slice(4, 4 + shape[1]))
     camera = shift(0.4, -0.3)
-    found = moving_pixels(now, then, WorldMotion(camera), window, spread)
+    found = moving_pixels(now, then, camera, window, spread)
     assert found.shape == shape
     if not found.size:
         return
-    mean = cv2.blur(cv2.absdiff(now[window], warp_window(then, camera, window)), (5, 5))
+    mean = cv2.blur(cv2.absdiff(now[window], camera.warped(then, window)), (5, 5))
     expected = cv2.dilate(np.uint8(mean > 6 + 2 * spread), np.ones((5, 5), np.uint8))
     np.testing.assert_array_equal(found, expected)
     if shape == (60, 80):
@@ -342,7 +341,7 @@ def test_the_world_is_carried_from_three_frames_before() -> None:
     for number, step in enumerate((9, 1, 2, 4, 3)):
         left += step
         image = WorkingImage.of(world[:, left : left + 100], number, (80, 100))
-        motion = WorldMotion(shift(-step))
+        motion = shift(-step)
         records.append(Record(image, motion, BackgroundModel((80, 100)), [WINDOW]))
     people = np.zeros((80, 100), np.uint8)
     add_moving(people, records[4], records, 2.0)

@@ -18,8 +18,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import Box, compose, invert, scaling
-from gait_segmentation.images import Window
+from gait_segmentation.geometry import Box
+from gait_segmentation.images import Window, median
 from gait_segmentation.scene.background import SURE_COUNT, BackgroundModel
 from gait_segmentation.scene.ego_motion import MotionEstimator
 from gait_segmentation.scene.light import Contrast, Light
@@ -48,6 +48,12 @@ _GAP_S = 0.14
 _SPREADS = 2.0
 """Least difference that is motion, in spreads of a still pixel about its mean."""
 
+_STEEP, _LEAST_STEEP = 4.0, 50
+"""
+Range of lightness about a pixel from which it tells by how much the place is off, in times of the
+least difference; and the number of such pixels that are needed.
+"""
+
 _EDGE = np.ones((5, 5), np.uint8)
 """Rim of a warped frame that is not compared."""
 
@@ -57,7 +63,7 @@ _UNKNOWN = 140
 _SHADOW_FLOOR = 0.6
 """Darkest shadow, as a share of the lightness of the background; what is darker are clothes."""
 
-_STEEP = 64.0
+_GAIN = 64.0
 """Likelihood, of 255, for each of the log-odds."""
 
 _BROKEN = 0.5
@@ -104,7 +110,7 @@ class MotionScene:
         """
         self._searched = searched
         self._shape = working_shape(*source, min(1.0, _LARGEST / max(source)))
-        self._scale = scaling(searched[1] / self._shape[1], searched[0] / self._shape[0])
+        self._scale = searched[1] / self._shape[1], searched[0] / self._shape[0]
         self._light, self._contrast = Light(), Contrast()
         self._estimator = MotionEstimator()
         self._forget()
@@ -147,7 +153,7 @@ class MotionScene:
         motion = self._estimator.update(frame.pyramid, self._moved)
         self._light.follow(motion, self._moved)
         self._since = WorldMotion.over([self._since, motion])
-        step = self._in_searched(motion)
+        step = motion.scaled(*self._scale)
         height, width = self._searched
         lab = np.asarray(cv2.blur(frame.shrunk(self._searched), (3, 3)))
         moving = self._moving(np.ascontiguousarray(lab[:, :, 0]), seconds, step)
@@ -172,12 +178,6 @@ class MotionScene:
         shift = x - width / 2, y - height / 2
         return SceneFrame(likelihood, blobs, silhouettes, shift, fresh)
 
-    def _in_searched(self, motion: WorldMotion) -> WorldMotion:
-        """Return a motion in the pixels of the searched image."""
-        if motion.camera is None:
-            return motion
-        return WorldMotion(compose(compose(self._scale, motion.camera), invert(self._scale)))
-
     def _moving(
         self, gray: NDArray[np.uint8], seconds: float, step: WorldMotion
     ) -> NDArray[np.uint8]:
@@ -189,24 +189,28 @@ class MotionScene:
         while len(frames) > 2 and seconds - frames[1].seconds >= _GAP_S:
             frames.popleft()
         before, motion = frames[0].gray, frames[0].motion
-        if motion.camera is not None:
-            before = motion.warped(before, _all_of(gray))
         level = _SPREADS * self._model.sigma
-        _, moving = cv2.threshold(cv2.absdiff(gray, before), level, 255, cv2.THRESH_BINARY)
-        moving = cv2.medianBlur(moving, 3)
-        if motion.camera is not None:
+        if motion.camera is None:
+            difference = cv2.absdiff(gray, before)
+        else:
+            before = motion.warped(before, _all_of(gray))
             shown = motion.warped(np.full_like(gray, 255), _all_of(gray), cv2.BORDER_CONSTANT)
-            moving = cv2.bitwise_and(moving, cv2.erode(shown, _EDGE))
-        return np.asarray(moving)
+            shown = cv2.erode(shown, _EDGE)
+            difference = cv2.bitwise_and(cv2.absdiff(gray, before), shown)
+            difference = cv2.subtract(
+                difference, _of_misplacement(before, difference, shown, level)
+            )
+        _, moving = cv2.threshold(difference, level, 255, cv2.THRESH_BINARY)
+        return np.asarray(cv2.medianBlur(moving, 3))
 
     def _compare(self, lab: NDArray[np.uint8], moving: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return how surely each pixel is no background, (h, w) uint8."""
         unknown = np.where(moving > 0, np.uint8(_UNKNOWN), np.uint8(0))
         if not self.is_known:
             return unknown
-        model = self._small.moved([self._in_searched(self._since)])
+        model = self._small.moved([self._since.scaled(*self._scale)])
         logit = model.evidence(lab, _all_of(lab), _SHADOW_FLOOR)
-        likelihood = np.clip(127.5 + _STEEP * logit, 0, 255).astype(np.uint8)
+        likelihood = np.clip(127.5 + _GAIN * logit, 0, 255).astype(np.uint8)
         return np.where(logit == 0, unknown, likelihood)
 
     def _learn(self, frame: WorkingImage, filled: NDArray[np.uint8], seconds: float) -> None:
@@ -250,6 +254,33 @@ class MotionScene:
         """Make the background of the searched image."""
         self._small = self._model.resized(self._searched)
         self._small.sums = np.asarray(cv2.blur(self._small.sums, (3, 3)))
+
+
+def _of_misplacement(
+    before: NDArray[np.uint8],
+    difference: NDArray[np.uint8],
+    shown: NDArray[np.uint8],
+    level: float,
+) -> NDArray[np.uint8]:
+    """
+    Return what of a difference may be there because the world is not quite where it should be.
+
+    Parallax, blur and a rolling shutter put edges off by a part of a pixel, or more: by the median
+    of those of the frame, of which people are the lesser part.
+
+    :param before: (h, w) uint8, the lightness of an earlier frame as it should look now.
+    :param difference: (h, w) uint8, from the newest frame.
+    :param shown: (h, w) uint8, non-zero where both can be seen.
+    :param level: difference that is noise.
+    """
+    around = np.ones((3, 3), np.uint8)
+    span = cv2.subtract(cv2.dilate(before, around), cv2.erode(before, around))
+    some = slice(None, None, 2), slice(None, None, 2)
+    steep = (span[some] > _STEEP * level) & (shown[some] > 0)
+    if np.count_nonzero(steep) < _LEAST_STEEP:
+        return np.zeros_like(before)
+    places = difference[some][steep] / span[some][steep].astype(np.float32)
+    return np.asarray(cv2.convertScaleAbs(span, alpha=_SPREADS * float(median(places))))
 
 
 def _all_of(image: NDArray[np.uint8]) -> Window:

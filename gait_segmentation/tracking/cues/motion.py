@@ -21,7 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
-from gait_segmentation.scene.world_motion import warp_window
+from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.tracking.cues import Cue, View
 
 _LEAST_MOTION = 0.02
@@ -67,8 +67,8 @@ class MotionCue(Cue):
         earlier, motion, (dx, dy) = motions
         gray = view.world.now.image.gray[view.window]
         stays = motion.warped(earlier.image.gray, view.window)
-        body = np.array([[1.0, 0.0, dx], [0.0, 1.0, dy]])
-        moves = warp_window(earlier.image.gray, body, view.window)
+        body = WorldMotion(np.array([[1, 0, dx], [0, 1, dy], [0, 0, 1]]))
+        moves = body.warped(earlier.image.gray, view.window)
         stay, move = (cv2.blur(cv2.absdiff(gray, each), (3, 3)) for each in (stays, moves))
         covered = np.zeros_like(stay)
         if earlier.people is not None:
