@@ -92,7 +92,7 @@ class Statistics:
         return float(median), float(high)
 
 
-_EVERY_S = 5.0
+_EVERY_S = 10.0
 
 _LONGEST = 400
 """Characters of a line: names and numbers in messages may be of any length."""
@@ -105,7 +105,7 @@ def shortened(text: str) -> str:
 
 class Warnings:
     """
-    The warnings of a node, of which those of one key are logged at most every 5 seconds.
+    The warnings of a node, of which those of one key are logged at most every 10 seconds.
 
     Frames that nothing could be said of meanwhile are counted in when something is said again.
     """

@@ -61,8 +61,8 @@ class Log:
         self.warnings = Warnings(self.said.append, lambda: next(clock))
 
 
-def test_warnings_of_one_key_are_at_least_5_seconds_apart() -> None:
-    log = Log((0.1, 1.0, 2.0, 5.0, 5.2, 10.1, 10.3))
+def test_warnings_of_one_key_are_at_least_10_seconds_apart() -> None:
+    log = Log((0.1, 1.0, 2.0, 10.0, 10.2, 20.1, 20.3))
     texts = [('a', 'first'), ('b', 'other'), *(('a', text) for text in ('2', '3', '4', '5', '6'))]
     assert [log.warnings.warn(*each) for each in texts] == [True, True, *[False] * 2, True, False,
                                                             True]  # fmt: skip
@@ -71,7 +71,7 @@ def test_warnings_of_one_key_are_at_least_5_seconds_apart() -> None:
 
 
 def test_frames_that_were_not_told_of_are_told_of_with_the_next() -> None:
-    log = Log((0.0, 1.0, 2.0, 6.0, 12.0))
+    log = Log((0.0, 1.0, 2.0, 11.0, 22.0))
     for text in ('a {}', 'a {}', 'b {}', 'a {}', 'a {}'):
         log.warnings.warn_of({'a {}': 3, 'b {}': 1}[text], text)
     assert log.said == ['a 3 frames', 'b 1 frame', 'a 6 frames', 'a 3 frames']
