@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import takewhile
 
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, body_window
 from gait_segmentation.heat_maps import HeatMap
+from gait_segmentation.images import Window
 from gait_segmentation.results import LOST
 from gait_segmentation.starting import Start, estimate_start
 from gait_segmentation.starting.finding.finder import belongs
@@ -51,7 +53,13 @@ Arrival = tuple[Start, HeatMapCue]
 
 
 def look_at(
-    world: World, box: Box, past: MotionScene | None, bank: TemplateBank, config: TrackingConfig
+    world: World,
+    box: Box,
+    past: MotionScene | None,
+    bank: TemplateBank,
+    config: TrackingConfig,
+    *,
+    by_map: bool = False,
 ) -> Arrival:
     """
     Estimate a first mask before what the camera has seen of the place; the box may be off.
@@ -60,6 +68,7 @@ def look_at(
         over what is remembered of the place.
     :param box: in working pixels, in the world's newest frame.
     :param past: the place as it was before that frame, if it is known.
+    :param by_map: whether the heat map of that frame is what tells of the person.
     :returns: it, and what the box says of a heat map of that frame.
     """
     cue, heat = HeatMapCue(), world.now.heat
@@ -84,18 +93,38 @@ def look_at(
     start = estimate()
     if heat is not None and not world.now.heat_frames:
         # The box tells as much of where the person is as a first mask that may be poor.
-        likely = np.float32(0.5) * start.votes
+        share = np.float32(1 if by_map else 0.5)
+        likely = (1 - share) * start.votes
         there = box.slices(world.shape[1], world.shape[0])
-        likely[there] += heat[there] / np.float32(2 * 255)
+        likely[there] += share * heat[there] / np.float32(255)
         cue.place(heat, window, likely[window], box.height)
         cue.begin(heat, box, window)
         if cue.weight:
-            evidence[window] += cue.evidence_of(cue.part(heat, window))
+            shown = cue.evidence_of(cue.part(heat, window))
+            evidence[window] += shown
             start = estimate()
+            if by_map:
+                start = _as_shown(start, shown, window)
     world.clear(start.mask)
     if known is not None:
         world.adopt(known)
     return start, cue
+
+
+def _as_shown(start: Start, logit: NDArray[np.float32], window: Window) -> Start:
+    """
+    Return a start with the mask that a heat map shows.
+
+    By the silhouette there somebody is known for a body, while the box may hold a cabinet as well
+    that continues them.
+
+    :param logit: (h, w) float32 of the window, what the map says.
+    """
+    inside = np.zeros_like(start.votes)
+    inside[start.box.slices(*inside.shape[::-1])] = 1
+    votes = np.zeros_like(inside)
+    votes[window] = inside[window] / (1 + np.exp(-logit))
+    return replace(start, mask=np.where(votes > 0.5, np.uint8(255), np.uint8(0)), votes=votes)
 
 
 def slot_for_found(

@@ -178,7 +178,8 @@ class PeopleTracker:
             self._start(slot, image, box)
         for box, by_walk in found:
             world = self._world_for(image, box)
-            self._welcome(world, self._look_at(world, box.scaled(world.scale)), by_walk=by_walk)
+            arrival = self._look_at(world, box.scaled(world.scale), by_map=not by_walk)
+            self._welcome(world, arrival, by_walk=by_walk)
         results = self._judge()
         for world in self._worlds:
             for record in world.drop_old():
@@ -351,10 +352,10 @@ class PeopleTracker:
         inner = box.padded(-margin * box.width, -margin * box.height).scaled(world.scale)
         self._slots[slot] = self._new_target(world, self._look_at(world, inner))
 
-    def _look_at(self, world: World, box: Box) -> Arrival:
+    def _look_at(self, world: World, box: Box, *, by_map: bool = False) -> Arrival:
         """Estimate a first mask in a box in working pixels."""
         past = self._finder.past(self._stamp_ns)
-        return look_at(world, box, past, self._bank, self._config)
+        return look_at(world, box, past, self._bank, self._config, by_map=by_map)
 
     def _world_for(self, image: NDArray[np.uint8], box: Box) -> World:
         """Return a world in which a person is well seen, already in the newest frame."""

@@ -17,8 +17,10 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.results import LOST, TRACKED
 from gait_segmentation.starting import StartingConfig
-from gait_segmentation.tracking.arrivals import MapFinder, slot_for_found
+from gait_segmentation.tracking.arrivals import MapFinder, look_at, slot_for_found
+from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.trial import Trial
+from gait_segmentation.tracking.world import World
 from test.tracking.figures import GREEN, RED, STEP_NS, Figure, Told, ids, picture, step, walk
 from test.walkers import small_bank
 
@@ -389,3 +391,22 @@ def test_it_lasts_a_second() -> None:
     trial = Trial(10**9)
     assert not trial.is_over(2 * 10**9 - 1)
     assert trial.is_over(2 * 10**9)
+
+
+def test_who_is_found_in_a_map_has_the_mask_that_it_shows(bank) -> None:
+    # A black cabinet goes on from somebody in black who reaches across it.
+    image = np.random.default_rng(0).integers(120, 250, (*SOURCE, 3), np.uint8)
+    shown = np.zeros(SOURCE, np.uint8)
+    shown[60:180, 100:160] = body(bank, (60, 120))
+    shown[80:90, 130:190] = 255
+    image[shown > 0] = 10
+    image[95:200, 140:200] = 10
+    world = World(SOURCE, 120, TrackingConfig())
+    heat_map = HeatMap(shown, 1)
+    world.advance(image, 1, (), camera=False, heat=heat_map)
+    box = Box(*cv2.boundingRect(shown)).scaled(world.scale)
+    start, cue = look_at(world, box, None, bank, TrackingConfig(), by_map=True)
+    truth = cv2.resize(shown, start.mask.shape[::-1], interpolation=cv2.INTER_AREA) > 127
+    mask = start.mask > 0
+    assert (mask & truth).sum() > 0.9 * (mask | truth).sum()
+    assert cue.weight == 1
