@@ -331,12 +331,6 @@ def body_window(center_x: float, center_y: float, height: float, held: Box | Non
     return Box(left, top, right - left, bottom - top)
 
 
-def scaling(factor_x: float, factor_y: float | None = None) -> NDArray[np.float64]:
-    """Return the 2 x 3 transform of positions that scales x and y."""
-    factor_y = factor_x if factor_y is None else factor_y
-    return np.array([[factor_x, 0.0, 0.0], [0.0, factor_y, 0.0]])
-
-
 def compose(outer: NDArray[np.float64], inner: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the 2 x 3 transform that applies ``inner`` first and ``outer`` second."""
     # In plain numbers, which takes a fifth of the time: dozens are made in every frame.

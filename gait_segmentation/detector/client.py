@@ -21,7 +21,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.detector.mediapipe_worker import HEAD, READY
+from gait_segmentation.detector.mediapipe_worker import HEAD, READY, REQUIREMENT
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.images import check_image, shrink
 
@@ -66,7 +66,7 @@ def detector_python() -> str:
     if not os.access(python, os.X_OK):
         raise ConfigError(
             'no Python with mediapipe was found; to make one: '
-            f'python3 -m venv {environment} && {environment}/bin/pip install mediapipe==0.10.14 '
+            f'python3 -m venv {environment} && {environment}/bin/pip install {REQUIREMENT} '
             f'(or set {PYTHON})'
         )
     return str(python)

@@ -21,6 +21,9 @@ import numpy as np
 READY = b'ready\n'
 HEAD = struct.Struct('<II')
 
+REQUIREMENT = 'mediapipe==0.10.14'
+"""What pip is to install: of later versions some have no ``mediapipe.solutions``."""
+
 
 def main() -> None:
     """Answer images until there are no more."""
@@ -32,7 +35,7 @@ def main() -> None:
 
         pose = mediapipe.solutions.pose.Pose(enable_segmentation=True)
     except (ImportError, AttributeError) as error:
-        sys.exit(f'{error} ({sys.executable} -m pip install mediapipe==0.10.14 helps)')
+        sys.exit(f'{error} ({sys.executable} -m pip install {REQUIREMENT} helps)')
     _write(answers, READY)
     while len(head := sys.stdin.buffer.read(HEAD.size)) == HEAD.size:
         height, width = HEAD.unpack(head)
