@@ -251,9 +251,8 @@ class Player:
                 self.pipe.initialize(box)
         outside = film.map() if event == 9 else None
         heat = film.map(draw(THIN)) if event in (10, 11) else None
-        order = self.stamps.order(stamp_ns)
-        if order in (Order.LATE, Order.AGAIN):
-            self._overtaken(order, stamp_ns, film, self.pipe.update(image, stamp_ns, None, heat))
+        if self.stamps.order(stamp_ns) is Order.STALE:
+            assert self.pipe.update(image, stamp_ns, None, heat) == [], 'a stale frame is answered'
             return
         results = None
         while results is None:
@@ -268,21 +267,11 @@ class Player:
             else:
                 assert not bad, f'{bad[0]} should have been refused'
         self.boxes = []
-        if self.stamps.take(stamp_ns) is Order.ANEW:
+        if self.stamps.take(stamp_ns) is Order.RESET:
             self.waiting.clear()
         self.waiting.append((stamp_ns, film.shape))
         image[:] = 77
         self._take(results)
-
-    def _overtaken(
-        self, order: Order, stamp_ns: int, film: Film, results: list[FrameResult]
-    ) -> None:
-        """Check what is said of a frame that is not worked on: nobody is seen, or nothing."""
-        self.stamps.take(stamp_ns)
-        assert [each.stamp_ns for each in results] == [stamp_ns] * (order is Order.LATE), 'late'
-        for result in results:
-            check_frame(result, film.shape, self.config.people.max_people)
-            assert not result.mask.any(), 'somebody is seen in a late frame'
 
     def _take(self, results: list[FrameResult]) -> None:
         for result in results:

@@ -119,8 +119,8 @@ class Pipeline:
         self._held: HeldFrames[tuple[NDArray[np.uint8], list[TrackResult], bool]] = HeldFrames()
         self._unlearnt: list[tuple[list[Feedback], dict[str, float]]] = []
         self._stamps = Stamps()
-        self.late = self.again = 0
-        """Frames that came after a later one, and that were ignored since they came again."""
+        self.stale = 0
+        """Frames dropped since their stamps were not later than those before."""
 
     def reset(self) -> None:
         """Forget everybody."""
@@ -157,14 +157,13 @@ class Pipeline:
         may be written to.
 
         :param image: (H, W, 3) uint8 BGR.
-        :param stamp_ns: its stamp; if it says that time begins anew, everything is reset, and in
-            a frame that comes late nobody is seen, see :class:`Stamps`.
+        :param stamp_ns: its stamp.  If it is more than a second earlier than the one before,
+            everything is reset; otherwise one that is not later is dropped and counted.
         :param likelihood: a likelihood image to use in place of the tracker's, for every person:
             (H, W) uint8 or smaller with the same proportions.
         :param heat_map: where people are as others see it in this frame: evidence beside the
             tracker's own, see :meth:`add_heat_map`.
-        :returns: the results that are complete now: that of a late frame at once, none of one
-            whose stamp has come before.
+        :returns: the results that are complete now.
         :raises InputError: if the frame cannot be used; the state is then as before.
         """
         results = self.take(image, stamp_ns, likelihood, heat_map)
@@ -192,9 +191,10 @@ class Pipeline:
         if likelihood is not None:
             _check_likelihood(likelihood, image)
         order = self._stamps.order(stamp_ns)
-        if order in (Order.LATE, Order.AGAIN):
-            return self._answer(image, stamp_ns, order)
-        if order is Order.ANEW:
+        if order is Order.STALE:
+            self.stale += 1
+            return []
+        if order is Order.RESET:
             self._begin_anew(image, heat_map)
         tracks = self.tracker.update(image, stamp_ns, heat_map)
         self._stamps.take(stamp_ns)
@@ -210,18 +210,6 @@ class Pipeline:
         self._held.hold(stamp_ns, (kept, tracks, likelihood is not None))
         times = {'tracking': tracked - started, 'matching': matched - tracked}
         return [self._finish(frame, times) for frame in matches]
-
-    def _answer(self, image: NDArray[np.uint8], stamp_ns: int, order: Order) -> list[FrameResult]:
-        """Return the results of a frame that is not worked on: late, or there before."""
-        self._stamps.take(stamp_ns)
-        if order is Order.AGAIN:
-            self.again += 1
-            return []
-        self.late += 1
-        shape = (image.shape[0], image.shape[1])
-        track = self.tracker.nobody(stamp_ns, shape)
-        slots = self.config.people.max_people
-        return [FrameResult.nobody(track, shape, slots, 'it came after a later one')]
 
     def _begin_anew(self, image: NDArray[np.uint8], heat_map: NDArray[Any] | None) -> None:
         """Forget everybody, but not the boxes that wait, unless a frame cannot be used."""

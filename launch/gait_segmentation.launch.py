@@ -97,7 +97,7 @@ ARGUMENTS = [
         'localize',
         default_value='false',
         choices=TRUTH,
-        description='also say where people are in metres: gait_localizer, or in gait_pipeline',
+        description='also say where people are in metres: gait_localizer',
     ),
     DeclareLaunchArgument(
         'detector',
@@ -160,7 +160,7 @@ def _nodes(context):
                 f'there is no argument {name}: did you mean {meant[0]}?'
             )
     names = list(NODES[given['style']])
-    if given['localize'] == 'true' and given['style'] == 'split':
+    if given['localize'] == 'true':
         names.append('gait_localizer')
     if given['detector'] != 'none':
         names.append('gait_detector')
@@ -201,8 +201,6 @@ def _node(name, given):
         parameters['max_people'] = int(_numbers(given, 'max_people', 1)[0])
     if given['initial_box']:
         parameters['initial_box'] = _numbers(given, 'initial_box', 4)
-    if given['localize'] == 'true' and name == 'gait_pipeline':
-        parameters['localize'] = True
     # Given with or without the suffix that image_transport appends.
     image = given['image'].removesuffix('/compressed')
     enclave = ['--enclave', f'{given["enclaves"].rstrip("/")}/{name}'] if given['enclaves'] else []
@@ -214,7 +212,6 @@ def _node(name, given):
         parameters=[ParameterFile(given['params_file']), parameters],
         remappings=[
             ('image', image),
-            ('image/compressed', f'{image}/compressed'),
             ('camera_info', given['camera_info'] or str(Path(image).with_name('camera_info'))),
             ('depth', given['depth']),
         ],

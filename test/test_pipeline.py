@@ -84,46 +84,24 @@ def test_bad_frames_leave_the_stream_going() -> None:
 
 
 @pytest.mark.parametrize('lag', [0, 2])
-def test_late_frames_are_answered_and_change_nothing(lag: int) -> None:
-    order = (0, 1, 3, 2, 6, 4, 5, 7)
-    late = {n for k, n in enumerate(order) if n < max(order[: k + 1])}
+def test_stale_frames_are_dropped_and_change_nothing(lag: int) -> None:
+    order = (0, 1, 3, 2, 6, 4, 6, 7)
+    stale = (2, 4)
     found = []
-    for numbers in (order, [n for n in order if n not in late]):
+    for numbers in (order, (0, 1, 3, 6, 7)):
         pipe = started(lag)
         results = []
-        for n in numbers:
-            results += pipe.update(clip()[n].image, clip()[n].stamp_ns)
-        found.append((pipe, results + pipe.flush()))
-    (pipe, results), (_, others) = found
-    assert pipe.late == len(late)
-    stamps = {clip()[n].stamp_ns for n in late}
-    blank = [each for each in results if each.stamp_ns in stamps]
-    assert [each.stamp_ns for each in blank] == [clip()[n].stamp_ns for n in order if n in late]
-    for each in blank:
-        (person,) = each.people
-        assert (person.track.track_id, person.track.state) == (0, 'empty')
-        assert person.segmentation.reason == 'it came after a later one'
-        assert not each.mask.any()
-        assert each.mask.shape == clip()[0].image.shape[:2]
-        assert person.track.likelihood.shape == person.match.shape_prior.shape
-    kept = [each for each in results if each.stamp_ns not in stamps]
-    for one, other in zip(kept, others, strict=True):
+        for k, n in enumerate(numbers):
+            # Whatever the image.
+            image = clip()[n].image[:100] if n in order[:k] else clip()[n].image
+            results += pipe.update(image, clip()[n].stamp_ns)
+        found.append((pipe.stale, results + pipe.flush()))
+    (dropped, results), (none, others) = found
+    assert (dropped, none) == (len(stale) + 1, 0)
+    for one, other in zip(results, others, strict=True):
         assert one.stamp_ns == other.stamp_ns
         assert other.mask.any()
         np.testing.assert_array_equal(one.mask, other.mask)
-
-
-def test_a_stamp_that_comes_again_is_ignored_whatever_the_image() -> None:
-    pipe = started()
-    first, second, third = clip()[:3]
-    assert pipe.update(first.image, first.stamp_ns)[0].mask.any()
-    assert pipe.update(second.image, second.stamp_ns)[0].mask.any()
-    assert pipe.update(second.image, second.stamp_ns) == []
-    assert pipe.update(255 - second.image, second.stamp_ns) == []
-    assert pipe.update(third.image[:100], second.stamp_ns) == []
-    [result] = pipe.update(third.image, third.stamp_ns)
-    assert (pipe.again, pipe.late) == (3, 0)
-    np.testing.assert_array_equal(result.mask, run(frames=3)[2].mask)
 
 
 def test_time_that_begins_anew_with_a_frame_of_no_use_forgets_nobody() -> None:

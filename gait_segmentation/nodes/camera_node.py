@@ -17,7 +17,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import SampleBits, claimed_shape, read_image
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
-from gait_segmentation.ros.endpoints import BEST_EFFORT, LATCHED
+from gait_segmentation.ros.endpoints import BEST_EFFORT, LATCHED, subscribe
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import detection_types
 from gait_segmentation.starting import StartingConfig
@@ -102,12 +102,12 @@ class CameraNode(GaitNode):
 
     def connect(self) -> None:
         """Subscribe to first boxes and heat maps, and to the camera."""
-        self.input(RegionOfInterest, 'init_roi', self._start)
+        subscribe(self, RegionOfInterest, 'init_roi', self._start)
         types = detection_types()
         if types is not None:
-            self.input(types.Detection2DArray, 'detections', self._detected)
+            subscribe(self, types.Detection2DArray, 'detections', self._detected)
         # Best effort, which takes messages of every publisher; one that is lost is no harm.
-        self.input(Image, 'heat_map', self._heat_map, BEST_EFFORT)
+        subscribe(self, Image, 'heat_map', self._heat_map, BEST_EFFORT)
         super().connect()
 
     def status(self) -> dict[str, str]:

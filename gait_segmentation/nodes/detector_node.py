@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Sequence
 from functools import partial
@@ -35,8 +36,7 @@ class DetectorNode(GaitNode):
     def build(self) -> None:
         """Start the network, so that a node that is active can answer, and make the publisher."""
         self.stage = Detector(clock=time.monotonic)
-        with self.unhurried():
-            self.stage.start()
+        self.stage.start()
         self._bits = SampleBits()
         self._heat_map = self.output(Image, 'heat_map')
 
@@ -75,3 +75,6 @@ class DetectorNode(GaitNode):
 
 main = partial(run_node, DetectorNode)
 """Run the node; see :func:`run_node`."""
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections import deque
 from collections.abc import Mapping, Sequence
 from functools import partial
@@ -21,10 +22,11 @@ from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pictures import matching_picture
 from gait_segmentation.results import MatchResult
-from gait_segmentation.ros.endpoints import LATCHED
+from gait_segmentation.ros.endpoints import LATCHED, subscribe
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.outputs import Outputs, match_topics, picture_topics
 from gait_segmentation.ros.running import run_node
+from gait_segmentation.stamps import HeldFrames
 from gait_segmentation.streams.config import BankConfig, NodeConfig
 from gait_segmentation.streams.fields import Parts, read_track, slot_topic
 
@@ -61,13 +63,14 @@ class MatcherNode(GaitNode):
         self._debug = Outputs(self, picture_topics('~/'))
         most = self.parameters.get(NodeConfig).backlog
         self._unsized: deque[tuple[int, Parts]] = deque(maxlen=most)
+        self._held: HeldFrames[Parts] = HeldFrames()
 
     def connect(self) -> None:
         """Subscribe to the tracker's outputs."""
         self._size: tuple[int, int] | None = None
         self._unsized.clear()
         # First, so that it is known before the likelihoods are.
-        self.input(RegionOfInterest, 'image_size', self._sized, LATCHED)
+        subscribe(self, RegionOfInterest, 'image_size', self._sized, LATCHED)
         super().connect()
 
     def pause(self) -> None:
@@ -75,6 +78,11 @@ class MatcherNode(GaitNode):
         super().pause()
         if self.stage is not None:
             self._unsized.clear()
+
+    def forget(self) -> None:
+        """Forget everybody, and what is held back."""
+        super().forget()
+        self._held.clear()
 
     def finish(self) -> None:
         """Publish what the lag holds back."""
@@ -88,7 +96,7 @@ class MatcherNode(GaitNode):
         stamp_ns = tracks[0].stamp_ns
         self.enter(stamp_ns)
         results = self.stage.update(tracks, source_size=size)
-        self.held.hold(stamp_ns, frame)
+        self._held.hold(stamp_ns, frame)
         self._publish(results)
 
     def process_unusable(self, frame: Parts) -> None:
@@ -100,7 +108,7 @@ class MatcherNode(GaitNode):
 
     def _publish(self, results: Sequence[Sequence[MatchResult]]) -> None:
         for matches in results:
-            message = self.held.take(matches[0].stamp_ns)
+            message = self._held.take(matches[0].stamp_ns)
             self._results.publish(matches, _header(message))
             self._debug.publish_made(_header(message), self._picture, message, matches)
 
@@ -129,3 +137,6 @@ def _header(parts: Parts) -> Header:
 
 main = partial(run_node, MatcherNode)
 """Run the node; see :func:`run_node`."""
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -4,31 +4,31 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
-from gait_segmentation.localization import LocalizationConfig
+import numpy as np
+from numpy.typing import NDArray
+from std_msgs.msg import Header
+
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.nodes.camera_node import CameraNode
-from gait_segmentation.nodes.localizer_node import Localizing
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pictures import segmentation_picture
 from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
 from gait_segmentation.ros.outputs import (
     Outputs,
-    Seen,
     mask_topics,
     match_topics,
-    people_topics,
     picture_topics,
-    seen,
     track_topics,
 )
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.segmentation import PeopleMasks, SegmentationConfig
+from gait_segmentation.stamps import HeldFrames
 from gait_segmentation.starting import StartingConfig
-from gait_segmentation.streams.config import LocalizerNodeConfig, PipelineNodeConfig
 from gait_segmentation.streams.fields import Parts
 from gait_segmentation.tracking import TrackingConfig
 
@@ -38,19 +38,15 @@ class PipelineNode(CameraNode):
     Track people in the images of a camera and cut them out, all in one process.
 
     Reads image and init_roi (a box of somebody to track); publishes mask, labels, and what
-    gait_tracker, gait_matcher and gait_segmenter publish; with localize also what gait_localizer
-    reads and publishes.
+    gait_tracker, gait_matcher and gait_segmenter publish.
     """
 
     name = 'gait_pipeline'
     restarting = (MatchingConfig,)
     groups = (
         *CameraNode.groups,
-        ('', LocalizerNodeConfig),
-        ('', PipelineNodeConfig),
         ('matching', MatchingConfig),
         ('segmentation', SegmentationConfig),
-        ('localization', LocalizationConfig),
     )
 
     def build(self) -> None:
@@ -59,20 +55,22 @@ class PipelineNode(CameraNode):
         config = PipelineConfig(*map(self.parameters.get, kinds))
         self.stage = Pipeline(config, self.bank)
         self.make_intake()
-        localize = self.parameters.get(PipelineNodeConfig).localize
-        self.localizing = Localizing(self) if localize else None
+        self._held: HeldFrames[tuple[NDArray[np.uint8], Header]] = HeldFrames()
         self._likelihood: tuple[int, ...] = (0, 0)
         self._track = Outputs(self, track_topics(self.slots))
         self._match = Outputs(self, match_topics(self.slots))
         self._segmentation = Outputs(self, mask_topics(self.slots))
-        self._people = Outputs(self, people_topics(self.slots, localize))
         self._debug = Outputs(self, picture_topics())
 
     def configured(self) -> Sequence[tuple[Any, str]]:
         """Return where the configurations are."""
         stages = self.stage.tracker, self.stage.matcher, self.stage.segmenter
-        located = [] if self.localizing is None else [(self.localizing.stage, 'config')]
-        return [(self.stage.tracker, 'starting'), *((each, 'config') for each in stages), *located]
+        return [(self.stage.tracker, 'starting'), *((each, 'config') for each in stages)]
+
+    def forget(self) -> None:
+        """Forget everybody, and what is held back."""
+        super().forget()
+        self._held.clear()
 
     def finish(self) -> None:
         """Publish what the lag holds back."""
@@ -82,7 +80,7 @@ class PipelineNode(CameraNode):
         """Run a frame through all stages."""
         image, stamp_ns = self.taken(frame)
         results = self.stage.take(image, stamp_ns)
-        self.held.hold(stamp_ns, (image, frame))
+        self._held.hold(stamp_ns, (image, frame['image'].header))
         self._publish(results)
         self.stage.learn()
 
@@ -92,13 +90,11 @@ class PipelineNode(CameraNode):
         self._segmentation.blank(shape, header)
         for outputs in (self._track, self._match):
             outputs.blank(self._likelihood, header)
-        self._people.publish(Seen(), header)
         self._debug.blank((*shape, 3), header)
 
     def _publish(self, results: list[FrameResult]) -> None:
         for result in results:
-            image, frame = self.held.take(result.stamp_ns)
-            header = frame['image'].header
+            image, header = self._held.take(result.stamp_ns)
             tracks = [person.track for person in result.people]
             matches = [person.match for person in result.people]
             found = tuple(person.segmentation for person in result.people)
@@ -109,12 +105,11 @@ class PipelineNode(CameraNode):
             self._segmentation.publish(masks, header)
             self._track.publish(tracks, header)
             self._match.publish(matches, header)
-            people = [each.mask for each in found]
-            located = self.localizing
-            places = () if located is None else located.locate(matches, people, header)
-            self._people.publish_made(header, seen, matches, people, places)
             self._debug.publish_made(header, segmentation_picture, image, masks, matches, tracks)
 
 
 main = partial(run_node, PipelineNode)
 """Run the node; see :func:`run_node`."""
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from functools import partial
 from typing import Any, ClassVar
@@ -85,3 +86,6 @@ class SegmenterNode(GaitNode):
 
 main = partial(run_node, SegmenterNode)
 """Run the node; see :func:`run_node`."""
+
+if __name__ == '__main__':
+    sys.exit(main())

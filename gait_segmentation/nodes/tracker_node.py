@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from functools import partial
 from typing import Any
@@ -14,6 +15,7 @@ from sensor_msgs.msg import Image
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.pictures import tracking_picture
+from gait_segmentation.ros.endpoints import subscribe
 from gait_segmentation.ros.outputs import Outputs, picture_topics, track_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.starting import StartingConfig
@@ -57,7 +59,7 @@ class TrackerNode(CameraNode):
         parts = slot_topics(_FEEDBACK, self.slots)
         self._lessons = ExactJoin({'feedback': parts}, DEPTH)
         for topic, kind in parts.items():
-            self.input(kind, topic, partial(self._feedback, topic))
+            subscribe(self, kind, topic, partial(self._feedback, topic))
         super().connect()
 
     def configured(self) -> Sequence[tuple[Any, str]]:
@@ -101,3 +103,6 @@ class TrackerNode(CameraNode):
 
 main = partial(run_node, TrackerNode)
 """Run the node; see :func:`run_node`."""
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -73,8 +73,7 @@ class Diagnostics:
             'failed': str(statistics.failed),
             'lost on the wire': str(statistics.lost),
             'incomplete': str(statistics.incomplete),
-            'late': str(statistics.late),
-            'again': str(statistics.again),
+            'stale': str(statistics.stale),
             'latency p50 (ms)': f'{median:.1f}',
             'latency p95 (ms)': f'{high:.1f}',
             'age of the last stamp (s)': f'{age_s if dated else math.nan:.3f}',
@@ -108,7 +107,7 @@ class Diagnostics:
         if failures:
             trouble = f'{failures} frames could not be used since the last report'
         elif losses:
-            trouble = f'{losses} frames lost, skipped or late since the last report'
+            trouble = f'{losses} frames lost, skipped or stale since the last report'
         elif late_ms > _LATE_MS:
             trouble = f'slow: 95 % of the outputs within {late_ms:.0f} ms'
         return (DiagnosticStatus.WARN, trouble) if trouble else (DiagnosticStatus.OK, state)

@@ -4,10 +4,11 @@
 
 from __future__ import annotations
 
+import faulthandler
 import time
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext, suppress
+from contextlib import suppress
 from functools import partial
 from typing import Any, ClassVar
 
@@ -24,16 +25,9 @@ from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.kernels import compile_kernels, compiling
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.ros.diagnostics import Diagnostics
-from gait_segmentation.ros.endpoints import (
-    BETWEEN_NODES,
-    CameraSubscription,
-    ignore_negative_times,
-    publisher,
-    refuse_what_cannot_be_done,
-    subscription,
-)
-from gait_segmentation.ros.parameters import NodeParameters, state_of
-from gait_segmentation.stamps import HeldFrames, Order, Stamps
+from gait_segmentation.ros.endpoints import BETWEEN_NODES, camera_input, publisher, subscribe
+from gait_segmentation.ros.parameters import NodeParameters
+from gait_segmentation.stamps import Order, Stamps
 from gait_segmentation.streams.backlog import Backlog, Worker
 from gait_segmentation.streams.config import (
     BankConfig,
@@ -50,11 +44,14 @@ _SUCCESS = TransitionCallbackReturn.SUCCESS
 
 
 def _transition(
-    what: str, action: Callable[[Any], None], undo: Callable[[Any], None] | None = None
+    what: str,
+    action: Callable[[Any], None],
+    state: str,
+    undo: Callable[[Any], None] | None = None,
 ) -> Callable[[Any, LifecycleState], TransitionCallbackReturn]:
     """Return a callback of the life cycle that logs what fails, which rclpy would swallow."""
 
-    def callback(node: GaitNode, state: LifecycleState) -> TransitionCallbackReturn:
+    def callback(node: GaitNode, before: LifecycleState) -> TransitionCallbackReturn:
         try:
             action(node)
         except Exception as error:  # Whatever it is, the node goes on without.
@@ -63,6 +60,7 @@ def _transition(
             if undo is not None:
                 undo(node)
             return TransitionCallbackReturn.FAILURE
+        node.state = state
         return _SUCCESS
 
     return callback
@@ -91,21 +89,17 @@ class GaitNode(LifecycleNode):
     restarting: ClassVar[tuple[type[StageConfig], ...]] = ()
     """Configurations with which paths begin anew: what is held back is published before."""
 
-    unhurried: Callable[[], AbstractContextManager[None]] = nullcontext
-    """Held while kernels are compiled, by whoever watches over the process."""
-
     stage: Any = None
     """What works on frames, from :meth:`build` to the clean-up."""
-
-    localizing: Any = None
-    """What locates people, from :meth:`build` on, if the node does."""
 
     bank: TemplateBank
     """What is asked for by :class:`BankConfig`, from :meth:`build` on."""
 
-    camera: CameraSubscription | None = None
-    camera_topic = 'image'
-    """Not yet remapped."""
+    camera_topic = ''
+    """Of the images, if the node sees, from the activation on."""
+
+    state = 'unconfigured'
+    """Of the life cycle."""
 
     def __init__(self, **options: Any) -> None:
         """
@@ -117,9 +111,7 @@ class GaitNode(LifecycleNode):
         super().__init__(self.name, **options)
         self.statistics = Statistics()
         self.warnings = Warnings(self.get_logger().warning, time.monotonic)
-        ignore_negative_times(self, self.warnings.warn)
         self.enabled = True
-        self.held: HeldFrames[Any] = HeldFrames()
         self.outputs: list[Publisher] = []
         self.inputs: list[Callable[[], object]] = []
         """What lets go of each input, called at the deactivation."""
@@ -133,11 +125,12 @@ class GaitNode(LifecycleNode):
 
         self._stamps = Stamps()
         self._worker: Worker | None = None
-        self._failure: BaseException | None = None
+        self.failure: BaseException | None = None
+        """What has ended the worker."""
+
         groups = [('', NodeConfig), *self.groups]
         self.parameters = NodeParameters(self, groups, changed=self._parameters_changed)
         self._alarm = self.create_guard_condition(self._raise_failure)
-        refuse_what_cannot_be_done(self, self.warnings.warn)
         # As many requests may come at a time as to the services of parameters.
         many = {'qos_profile': qos_profile_parameters}
         self.create_service(SetBool, '~/enable', self._enable, **many)
@@ -169,18 +162,16 @@ class GaitNode(LifecycleNode):
         self.join = ExactJoin(stages, room) if self.topics else None
         for topics in self.topics.values():
             for topic, kind in topics.items():
-                self.input(kind, topic, partial(self._part, topic))
-        if self.localizing is not None:
-            self.localizing.connect()
+                subscribe(self, kind, topic, partial(self._part, topic))
         if sees:
-            config = self.parameters.get(CameraConfig)
-            self.camera = CameraSubscription(self, config, partial(self._part, 'image'))
-            self.camera_topic = self.camera.topic
+            kind, self.camera_topic, profile = camera_input(
+                self, self.parameters.get(CameraConfig)
+            )
+            subscribe(self, kind, self.camera_topic, partial(self._part, 'image'), profile)
 
     def forget(self) -> None:
         """Forget everybody, and what is held back (worker)."""
         self._stamps.reset()
-        self.held.clear()
         self.stage.reset()
 
     def start_over(self) -> None:
@@ -201,17 +192,15 @@ class GaitNode(LifecycleNode):
     def pause(self) -> None:
         """Drop what waits for its other parts: those that come now will be ignored."""
         if self.join is not None:
-            self.join.forget()
+            self.join.reset()
 
     def status(self) -> dict[str, str]:
         """Return what the diagnostics are to report besides the usual."""
-        sees = self.has(CameraConfig)
-        camera = {'camera': self.resolve_topic_name(self.camera_topic)} if sees else {}
-        return {**camera, **(self.localizing.status() if self.localizing is not None else {})}
+        return {'camera': self.resolve_topic_name('image')} if self.has(CameraConfig) else {}
 
     def trouble(self) -> str:
         """Return what the diagnostics are to warn of since this was last asked, empty if well."""
-        return '' if self.localizing is None else self.localizing.trouble()
+        return ''
 
     # What derived classes use.
 
@@ -230,19 +219,8 @@ class GaitNode(LifecycleNode):
         self.outputs.append(publisher(self, kind, topic, profile))
         return self.outputs[-1]
 
-    def input(
-        self,
-        kind: Any,
-        topic: str,
-        received: Callable[[Any], None],
-        profile: QoSProfile = BETWEEN_NODES,
-    ) -> None:
-        """Make a subscription that lives until the deactivation."""
-        made = subscription(self, kind, topic, profile, received, self.warnings.warn)
-        self.inputs.append(partial(self.destroy_subscription, made))
-
     def hand_over(self, stamp_ns: int, frame: Parts) -> None:
-        """Give a frame to the worker, which tells late ones and those that come again."""
+        """Give a frame to the worker."""
         self.unstamped = False
         if self._worker is None:
             return
@@ -256,7 +234,7 @@ class GaitNode(LifecycleNode):
     def enter(self, stamp_ns: int) -> None:
         """Let a frame in that could be read: if time begins anew with it, start over (worker)."""
         back_s = (self._stamps.newest_ns - stamp_ns) / 1e9
-        if self._stamps.take(stamp_ns) is Order.ANEW:
+        if self._stamps.take(stamp_ns) is Order.RESET:
             self.warnings.warn(
                 'time',
                 f'the stamp went back by {back_s:.3f} s (a bag that loops?): everything is reset',
@@ -268,11 +246,6 @@ class GaitNode(LifecycleNode):
         return self._worker.backlog.call(call, kind, most) if self._worker is not None else 0
 
     # Life cycle.
-
-    @property
-    def state(self) -> str:
-        """Return the state of the life cycle in words."""
-        return state_of(self)
 
     def start(self) -> bool:
         """Configure and activate if the node starts itself; return whether that went well."""
@@ -291,7 +264,9 @@ class GaitNode(LifecycleNode):
         self.statistics = Statistics()
         # OpenCV takes 0 as "no threads at all" and a negative number as its default.
         cv2.setNumThreads(config.num_threads or -1)
-        with self.unhurried(), compiling(self.get_logger().info):
+        # It may take longer than a node may hang; the next turn of the executor watches again.
+        faulthandler.cancel_dump_traceback_later()
+        with compiling(self.get_logger().info):
             if self.has(BankConfig):
                 self.bank = open_bank(self.parameters.get(BankConfig).bank)
             compile_kernels(*self.packages)
@@ -323,13 +298,13 @@ class GaitNode(LifecycleNode):
             self.destroy_publisher(self.outputs.pop())
         if self.stage is not None:
             self.release()
-        self.stage = self.localizing = None
+        self.stage = None
 
-    on_configure = _transition('configuring', _configure, _tear_down)
-    on_activate = _transition('activating', _activate, _disconnect)
-    on_deactivate = _transition('deactivating', _deactivate)
-    on_cleanup = _transition('cleaning up', _tear_down)
-    on_shutdown = _transition('shutting down', close)
+    on_configure = _transition('configuring', _configure, 'inactive', _tear_down)
+    on_activate = _transition('activating', _activate, 'active', _disconnect)
+    on_deactivate = _transition('deactivating', _deactivate, 'inactive')
+    on_cleanup = _transition('cleaning up', _tear_down, 'unconfigured')
+    on_shutdown = _transition('shutting down', close, 'finalized')
 
     # Frames.
 
@@ -352,52 +327,45 @@ class GaitNode(LifecycleNode):
             parts = join.add(part, stamp_ns, message)
             self.statistics.skipped += join.skipped.total()
             self.statistics.incomplete += join.missed.total()
-            self._note_again(join.again.total())
+            self._note_stale(join.stale)
             self.warnings.warn_of_missed(join)
-            for counter in (join.skipped, join.missed, join.again):
-                counter.clear()
+            join.skipped.clear()
+            join.missed.clear()
+            join.stale = 0
             if parts is not None:
                 self.hand_over(stamp_ns, parts)
 
-    def _note_again(self, frames: int) -> None:
+    def _note_stale(self, frames: int) -> None:
         if frames:
-            self.statistics.again += frames
-            self.warnings.warn_of(frames, '{} ignored: the stamp had come before')
+            self.statistics.stale += frames
+            self.warnings.warn_of(frames, '{} dropped: the stamp is not later than the one before')
 
     def _work(self, item: tuple[float, int, Parts]) -> None:
-        """Work on a frame or answer it empty (worker)."""
+        """Work on a frame, or answer one that is of no use empty (worker)."""
         arrived_s, stamp_ns, frame = item
-        order = self._stamps.order(stamp_ns)
-        if order is Order.AGAIN:
-            self._note_again(1)
+        if self._stamps.order(stamp_ns) is Order.STALE:
+            self._note_stale(1)
             return
-        if order is Order.LATE:
-            self._stamps.take(stamp_ns)
-            self.statistics.late += 1
-            self.warnings.warn_of(1, '{} came after a later one: nobody is seen in a late one')
+        try:
+            self.process(frame)
+        except GaitSegmentationError as error:
+            self.statistics.failed += 1
+            about = f'frame {type(error).__name__}'
+            self.warnings.warn(about, f'a frame cannot be used: {error}')
             self.process_unusable(frame)
-        else:
-            try:
-                self.process(frame)
-            except GaitSegmentationError as error:
-                self._stamps.note(stamp_ns)
-                self.statistics.failed += 1
-                about = f'frame {type(error).__name__}'
-                self.warnings.warn(about, f'a frame cannot be used: {error}')
-                self.process_unusable(frame)
         now_s = time.monotonic()
         self.statistics.finished(now_s - arrived_s, now_s)
 
     def _worker_failed(self, error: BaseException) -> None:
-        self._failure = error
+        self.failure = error
         # Which is over if the node was closed meanwhile.
         with suppress(InvalidHandle):
             self._alarm.trigger()
 
     def _raise_failure(self) -> None:
         """End the process, in the executor's thread: a node whose worker died is no use."""
-        if self._failure is not None and self.context.ok():
-            raise self._failure
+        if self.failure is not None and self.context.ok():
+            raise self.failure
 
     # Services and parameters.
 

@@ -165,23 +165,16 @@ def picture_topics(before: str = '') -> Table:
     }
 
 
-def people_topics(slots: int, located: bool) -> Table:
-    """
-    Return the outputs of what :func:`seen` returns: everybody in one message, and places.
-
-    :param located: whether it will be known where people are.
-    """
-    places = _of_slots(_OF_PLACE, slots, Seen.location) if located else {}
-    makers = {'boxes': (ImageMarker, boxes_message)}
+def people_topics(slots: int) -> Table:
+    """Return the outputs of what :func:`seen` returns: places, and everybody in one message."""
+    makers = {'boxes': (ImageMarker, boxes_message), 'markers': (MarkerArray, markers_message)}
     types = detection_types()
     if types is not None:
         makers['people'] = (types.Detection2DArray, partial(people_message, types=types))
-    if located:
-        makers['markers'] = (MarkerArray, markers_message)
     everybody = {
         topic: Output(kind, partial(_of_everybody, make)) for topic, (kind, make) in makers.items()
     }
-    return {**places, **everybody}
+    return {**_of_slots(_OF_PLACE, slots, Seen.location), **everybody}
 
 
 def _of_everybody(make: Callable[..., Any], found: Seen, header: Header) -> Any:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from rcl_interfaces.msg import (
     FloatingPointRange,
@@ -20,10 +20,6 @@ from rclpy.parameter import Parameter as RclpyParameter
 from gait_segmentation.config import Parameter, StageConfig, parameters_of
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.streams.config import misnamed, qualified
-
-if TYPE_CHECKING:
-    from rclpy.lifecycle import LifecycleNode
-
 
 Config = TypeVar('Config', bound=StageConfig)
 
@@ -72,7 +68,7 @@ class NodeParameters:
 
     def __init__(
         self,
-        node: LifecycleNode,
+        node: Any,
         groups: Sequence[tuple[str, type[StageConfig]]],
         *,
         changed: Callable[[StageConfig], None],
@@ -80,6 +76,7 @@ class NodeParameters:
         """
         Declare the parameters and read their first values.
 
+        :param node: a :class:`GaitNode`.
         :param groups: prefix and configuration class.
         :param changed: called with a new configuration after a change.
         :raises ConfigError: if a value is not allowed.
@@ -160,7 +157,7 @@ class NodeParameters:
 
         :raises ConfigError: if something else than it has is given, and it is not unconfigured.
         """
-        state = state_of(self._node)
+        state = self._node.state
         for each in parameters:
             about = self._abouts.get(each.name)
             if about is None or not about.fixed or state == 'unconfigured':
@@ -178,8 +175,3 @@ class NodeParameters:
         for kind, config in self._configs.items():
             if config != before[kind]:
                 self._changed(config)
-
-
-def state_of(node: LifecycleNode) -> str:
-    """Return the state of a node's life cycle in words."""
-    return str(node._state_machine.current_state[1])

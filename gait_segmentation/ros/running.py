@@ -8,31 +8,38 @@ import argparse
 import faulthandler
 import gc
 import inspect
+import os
 import signal
 import sys
-import warnings
-from collections.abc import Callable
-from contextlib import suppress
+import tempfile
+from collections.abc import Iterator, Sequence
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import cv2
 import rclpy
+import yaml
 from rclpy.clock import Clock, ClockType
-from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException
-from rclpy.logging import get_logger
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.utilities import remove_ros_args
 
-from gait_segmentation.ending import Ending
-from gait_segmentation.errors import GaitSegmentationError
-from gait_segmentation.ros.executor import MessageExecutor
 from gait_segmentation.ros.lifecycle import GaitNode
-from gait_segmentation.ros.participant import REFUSALS, said_by, take_part
+from gait_segmentation.ros.shared_memory import remove_dead_segments
 from gait_segmentation.streams.config import CameraConfig
 
-_TURN_S = 0.2
-"""How soon a node notices a signal while nothing else happens."""
+_TURN_S, _HANGS_S = 2.0, 20.0
+"""How often a node says that it lives, and time without after which its process ends."""
+
+_LONGEST_S = 4.0
+"""Time that closing may take: a call into the DDS may block for ever."""
+
+OURS = tuple(
+    f'gait_{each}'
+    for each in ('detector', 'localizer', 'matcher', 'pipeline', 'segmenter', 'tracker')
+)
+"""The nodes of this package, which one parameter file may serve."""
 
 _EPILOG = """\
 exit code: 0, also after Ctrl-C; 1 if the node cannot be started, or if it
@@ -47,7 +54,7 @@ and "ros2 param describe" show those of a running node.
 """
 
 
-def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -> int:
+def run_node(make: type[GaitNode], arguments: list[str] | None = None) -> int:
     """
     Make a node and spin it until Ctrl-C or a shutdown.
 
@@ -56,63 +63,100 @@ def run_node(make: Callable[[], GaitNode], arguments: list[str] | None = None) -
     :raises SystemExit: with the usage, if that is asked for or the command line is wrong.
     """
     given = sys.argv if arguments is None else arguments
-    name = Path(given[0]).name if given else 'node'
-    ending = Ending(rclpy.try_shutdown)
-    ending.handle_signals()
+    _check(make, given)
+    silence_opencv()
     # As of "kill -USR1".
     faulthandler.register(signal.SIGUSR1, file=2)
+    # As in services: rcl would find no place for its logs, or make a folder that is named ~.
+    if not os.environ.get('HOME'):
+        os.environ.setdefault('ROS_LOG_DIR', tempfile.gettempdir())
+    remove_dead_segments()
+    node: GaitNode | None = None
+    code = 2
     try:
-        # To look for garbage again and again would take a tenth of the start.
-        gc.disable()
-        return _run(make, given, name, ending)
-    except (GaitSegmentationError, ParameterException) as error:
-        print(f'{name}: error: {error}', file=sys.stderr)
-        return 1
-    finally:
-        ending.close()
-        # To look for garbage among all that has been imported takes the interpreter longer than
-        # everything else that it does at the end.
-        gc.freeze()
-        gc.enable()
-
-
-def _run(make: Callable[[], GaitNode], arguments: list[str], name: str, ending: Ending) -> int:
-    silence_opencv()
-    # Of whoever has asked and is gone: nobody is there to be answered.
-    warnings.filterwarnings('ignore', 'failed to send response', RuntimeWarning)
-    try:
-        _check(make, arguments)
-        participant = take_part(arguments)
-    except Exception as error:
-        # What rclpy does not understand.
-        print(f'{name}: error: {said_by(error)}', file=sys.stderr)
-        return 2
-    ending.closes(participant.close)
-    get_logger(name).debug(f'{participant.freed} bytes of shared memory of killed processes freed')
-    # From here on the DDS may hang, as in what a killed process has left locked.
-    ending.beat()
-    executor = MessageExecutor()
-    ending.closes(partial(executor.shutdown, 0))
-    try:
+        rclpy.init(args=given)
+        code = 1
         node = make()
-    except REFUSALS as error:
-        # What ROS refuses, such as for a wrong name or for security.
-        raise GaitSegmentationError(said_by(error)) from error
-    participant.has_node()
-    ending.closes(node.close)
-    ending.closes(node.destroy_node)
-    node.unhurried = ending.unhurried
-    if not node.start():
-        # The node's log says why.
-        return 1
-    # What there is now stays, so it need not be looked at while frames come.
-    gc.freeze()
-    gc.enable()
-    executor.add_node(node)
-    node.create_timer(_TURN_S, ending.turn, clock=Clock(clock_type=ClockType.STEADY_TIME))
-    with suppress(ExternalShutdownException):
-        executor.spin()
+        for text in unused_files(given, node.get_name()):
+            node.get_logger().warning(text)
+        if not node.start():
+            # The node's log says why.
+            return code
+        # What there is now stays, so it need not be looked at while frames come.
+        gc.freeze()
+        _spin(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except Exception as error:
+        if node is not None:
+            raise
+        # What rclpy says goes on with the name and a pointer into it.
+        text = str(error).partition('\n')[0].rstrip(':')
+        print(f'{make.name}: error: {text}', file=sys.stderr)
+        return code
+    finally:
+        faulthandler.dump_traceback_later(_LONGEST_S, exit=True, file=2)
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        if node is not None:
+            node.close()
+            node.destroy_node()
+        rclpy.try_shutdown()
+        faulthandler.cancel_dump_traceback_later()
     return 0
+
+
+def _spin(node: GaitNode) -> None:
+    """
+    Call back until the context is shut down.
+
+    What rclpy raises of a message or a request, such as a transition that there is not, is logged;
+    an error of the node's own worker is raised.
+    """
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    # The thread that ends a process that hangs needs no lock of the interpreter's.
+    watch = partial(faulthandler.dump_traceback_later, _HANGS_S, exit=True, file=2)
+    node.create_timer(_TURN_S, watch, clock=Clock(clock_type=ClockType.STEADY_TIME))
+    while node.context.ok():
+        try:
+            executor.spin()
+        except ExternalShutdownException:
+            return
+        except Exception as error:
+            if node.failure is not None:
+                raise
+            node.warnings.warn('refused', f'refused: {type(error).__name__}: {error}')
+
+
+def unused_files(arguments: Sequence[str], name: str) -> Iterator[str]:
+    """
+    Yield what to say of parameter files on a command line from which no node of ours gets any.
+
+    :param arguments: the command line, with ROS arguments.
+    :param name: the node's, which may be remapped.
+    """
+    for option, file in pairwise(arguments):
+        if option != '--params-file':
+            continue
+        content = yaml.safe_load(Path(file).read_text(encoding='utf-8'))
+        nodes = list(_nodes_of(content, ''))
+        last = [each.rpartition('/')[2] for each in nodes]
+        if not any(each in OURS or each in ('*', '**', name) for each in last):
+            keys = list(content) if isinstance(content, dict) else []
+            found = f'its keys are {", ".join(map(str, keys))}' if keys else 'it has no keys'
+            yield (
+                f'{file} sets nothing here: {found}, but "{name}:" or "/**:" with '
+                '"ros__parameters:" below it is needed'
+            )
+
+
+def _nodes_of(content: Any, path: str) -> Iterator[str]:
+    """Yield the paths of the nodes that a parameter file names."""
+    if isinstance(content, dict):
+        if isinstance(content.get('ros__parameters'), dict):
+            yield path
+        for key, inside in content.items():
+            yield from _nodes_of(inside, f'{path}/{key}')
 
 
 def silence_opencv() -> None:
@@ -122,13 +166,15 @@ def silence_opencv() -> None:
     set_level(0)
 
 
-def _check(make: Callable[[], GaitNode], arguments: list[str]) -> None:
+def _check(make: type[GaitNode], arguments: list[str]) -> None:
     """Show the usage if it is asked for, or if there is anything but ROS arguments."""
-    sees = isinstance(make, type) and issubclass(make, GaitNode) and make.has(CameraConfig)
     parser = argparse.ArgumentParser(
+        prog=make.name,
         usage='%(prog)s [--ros-args [-p NAME:=VALUE] [-r FROM:=TO] [--params-file FILE] ...]',
         description=inspect.getdoc(make),
-        epilog=_EPILOG.format(remap='image:=/camera/image_raw' if sees else '__ns:=/robot1'),
+        epilog=_EPILOG.format(
+            remap='image:=/camera/image_raw' if make.has(CameraConfig) else '__ns:=/robot1'
+        ),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.parse_args(remove_ros_args(arguments)[1:])

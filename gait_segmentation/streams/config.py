@@ -50,16 +50,16 @@ class CameraConfig(StageConfig):
     """Parameters of nodes that subscribe to the camera."""
 
     reliability: str = parameter(
-        'auto',
-        'Reliability of the image subscription. auto = reliable, or best effort as soon as the '
-        'camera offers nothing better.',
-        choices=('auto', 'best_effort', 'reliable'),
+        'best_effort',
+        'Reliability of the image subscription. best_effort takes the images of every camera, '
+        'reliable only of those that publish so.',
+        choices=('best_effort', 'reliable'),
         fixed=True,
     )
     image_transport: str = parameter(
         'raw',
         'raw = sensor_msgs/Image on image, compressed = sensor_msgs/CompressedImage (JPEG or '
-        'PNG) on image/compressed.',
+        'PNG) on the topic that image is remapped to, with /compressed behind it.',
         choices=('raw', 'compressed'),
         fixed=True,
     )
@@ -156,17 +156,6 @@ class LocalizerNodeConfig(StageConfig):
 
 
 @dataclass(frozen=True)
-class PipelineNodeConfig(StageConfig):
-    """Parameters of the pipeline's node."""
-
-    localize: bool = parameter(
-        False,
-        'Locate people as gait_localizer does.',
-        fixed=True,
-    )
-
-
-@dataclass(frozen=True)
 class BankConfig(StageConfig):
     """Parameters of nodes that use the templates."""
 
@@ -183,7 +172,6 @@ OF_NODES: tuple[type[StageConfig], ...] = (
     StartConfig,
     SegmenterNodeConfig,
     LocalizerNodeConfig,
-    PipelineNodeConfig,
     BankConfig,
 )
 """All of them."""

@@ -30,7 +30,7 @@ class Statistics:
     def __init__(self) -> None:
         """Begin with nothing received."""
         self.received = self.processed = self.skipped = self.failed = 0
-        self.lost = self.incomplete = self.late = self.again = 0
+        self.lost = self.incomplete = self.stale = 0
         self.last_stamp_ns = 0
         self._arrivals: deque[float] = deque(maxlen=_WINDOW)
         self._departures: deque[float] = deque(maxlen=_WINDOW)
@@ -79,8 +79,8 @@ class Statistics:
             return now_s - float(np.fmax(last_s, self._since_s))
 
     def losses(self) -> tuple[int, int]:
-        """Return the frames lost, incomplete, skipped or late, and failed, since last asked."""
-        now = (self.lost + self.incomplete + self.skipped + self.late, self.failed)
+        """Return the frames lost, incomplete, skipped or stale, and failed, since last asked."""
+        now = (self.lost + self.incomplete + self.skipped + self.stale, self.failed)
         before, self._told = self._told, now
         return now[0] - before[0], now[1] - before[1]
 

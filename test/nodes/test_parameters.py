@@ -105,7 +105,7 @@ def test_what_is_fixed_can_be_changed_while_the_node_is_unconfigured(bench: Benc
     topics = {each.topic_name for each in node.outputs}
     assert '/person_2/box' in topics
     assert '/person_3/box' not in topics
-    assert node.camera.topic == 'image/compressed'
+    assert node.camera_topic == '/image/compressed'
     assert node.intake._initial_box == Box(30.0, 20.0, 24.0, 80.0)
 
 

@@ -16,6 +16,10 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState
+from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterValue
+from rcl_interfaces.srv import SetParameters
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Image
 
@@ -36,7 +40,7 @@ def start() -> Iterator[Start]:
     started: list[subprocess.Popen[str]] = []
 
     def begin(module: str | Path, *arguments: str) -> subprocess.Popen[str]:
-        node = ['-m', 'gait_segmentation', module]
+        node = ['-m', f'gait_segmentation.nodes.{module}_node']
         process = subprocess.Popen(
             [sys.executable, *([str(module)] if isinstance(module, Path) else node), *arguments],
             env={**os.environ, 'PYTHONPATH': str(ROOT)},
@@ -77,28 +81,19 @@ def test_a_node_ends_cleanly(
     finish(process)
 
 
-@pytest.mark.skipif(not Path('/dev/shm').is_dir(), reason='needs shared memory with names')
-def test_a_node_that_is_started_again_does_not_read_where_a_killed_one_did(start: Start) -> None:
-    killed = start('segmenter')
-    port = port_of(killed)
-    killed.kill()
-    killed.wait()
-    assert port_of(start('segmenter')) != port
-
-
-def port_of(process: subprocess.Popen[str]) -> str:
-    """Return the port of user data of this domain that a node reads from once it is active."""
-    assert process.stdout is not None
-    assert any('active' in line for line in process.stdout)
-    first = 7400 + 250 * int(os.environ['ROS_DOMAIN_ID'])
-    found = []
-    for each in Path(f'/proc/{process.pid}/fd').iterdir():
-        named = re.search(r'_port(\d+)_el$', str(each.readlink()))
-        # Something is written to the locks of the dead.
-        if named and 0 < int(named[1]) - first < 250 and not each.stat().st_size:
-            found.append(named[1])
-    (port,) = found
-    return port
+def test_requests_that_ros_cannot_take_do_not_end_a_node(bench: Bench, start: Start) -> None:
+    process = start('segmenter')
+    change = bench.probe.create_client(ChangeState, 'gait_segmenter/change_state')
+    put = bench.probe.create_client(SetParameters, 'gait_segmenter/set_parameters')
+    bench.until(lambda: change.service_is_ready() and put.service_is_ready(), 'the node')
+    odd = ParameterMessage(name='backlog', value=ParameterValue(type=26))
+    put.call_async(SetParameters.Request(parameters=[odd]))
+    change.call_async(ChangeState.Request(transition=Transition(id=77)))
+    asked = change.call_async(ChangeState.Request(transition=Transition(id=4)))
+    bench.until(asked.done, 'the answer')
+    assert asked.result().success
+    process.send_signal(signal.SIGINT)
+    assert 'refused: ' in finish(process)
 
 
 LONG = ['--ros-args', '-r', f'__ns:=/{"a" * 240}']

@@ -97,8 +97,7 @@ def is_known(node: Any) -> bool:
 
 @pytest.mark.parametrize('name', KINDS)
 def test_each_node_may_do_what_it_does_and_nothing_else(bench: Bench, name: str) -> None:
-    located = {'localize': True} if name == 'gait_pipeline' else {}
-    node = bench.add(KINDS[name], max_people=2, **located)
+    node = bench.add(KINDS[name], max_people=2)
     bench.until(lambda: is_known(node), 'the graph to know the node')
     allowed, does = rules(name), real(node)
     assert set(allowed) == set(does)

@@ -7,11 +7,8 @@ from typing import Any
 
 import cv2
 import numpy as np
-import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonInstance, PolygonInstanceStamped
-from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
 from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_parameters
 from sensor_msgs.msg import CompressedImage, Image, RegionOfInterest
@@ -147,25 +144,6 @@ def test_parameters_change_live_or_are_refused_with_the_reason(bench: Bench) -> 
     (result,) = node.set_parameters([Parameter('backlog', value=3)])
     assert result.successful
     assert node._worker.backlog.limit == 3
-
-
-def test_a_transition_that_there_is_not_is_refused(bench: Bench, capfd) -> None:
-    node = bench.add(TrackerNode)
-    change = bench.probe.create_client(ChangeState, 'gait_tracker/change_state')
-    bench.until(change.service_is_ready, 'the service')
-    for number, label, succeeds, state in (
-        (Transition.TRANSITION_CONFIGURE, '', False, 'active'),
-        (0, 'cleanup', False, 'active'),
-        (77, '', False, 'active'),
-        (Transition.TRANSITION_DEACTIVATE, '', True, 'inactive'),
-        (Transition.TRANSITION_DEACTIVATE, '', False, 'inactive'),
-    ):
-        asked = ChangeState.Request(transition=Transition(id=number, label=label))
-        future = change.call_async(asked)
-        bench.until(future.done, 'the answer')
-        assert (future.result().success, node.state) == (succeeds, state)
-    said = capfd.readouterr().err
-    assert 'a request to /gait_tracker/change_state is refused: ' in said
 
 
 def test_a_configuration_that_fails_leaves_the_node_unconfigured(
@@ -311,32 +289,8 @@ def test_the_qos_of_endpoints_can_be_overridden(bench: Bench) -> None:
     assert by_name['/person_0/box'].depth == 3
     assert by_name['/person_0/box'].reliability.name == 'BEST_EFFORT'
     assert by_name['/person_0/likelihood'].reliability.name == 'RELIABLE'
-    assert node.camera._subscription.qos_profile.depth == 7
-
-
-@pytest.mark.parametrize(
-    ('given', 'advice', 'not_said'),
-    [
-        ({}, 'or use image_transport compressed', 'reliably'),
-        (
-            {'image_transport': 'compressed', 'reliability': 'best_effort'},
-            'or let the camera publish reliably',
-            'compressed',
-        ),
-    ],
-)
-def test_images_lost_on_the_way_are_counted_and_warned_about(
-    bench: Bench, given: dict[str, str], advice: str, not_said: str, capfd
-) -> None:
-    node = bench.add(TrackerNode, **given)
-    node.camera._lost(SimpleNamespace(total_count_change=3))
-    assert node.statistics.lost == 3
-    said = capfd.readouterr().err
-    assert "3 frames lost on the way: start the camera's process with FASTRTPS_DEFAULT" in said
-    assert 'fastdds_shm.xml' in said
-    assert advice in said
-    # It does already.
-    assert not_said not in said
+    found = [each for each in node.subscriptions if each.topic_name == '/image']
+    assert [each.qos_profile.depth for each in found] == [7]
 
 
 def test_detections_start_tracks_of_new_people_and_tracks_go_out(

@@ -11,6 +11,7 @@ from typing import Any
 
 import yaml
 
+from gait_segmentation.nodes.localizer_node import LocalizerNode
 from gait_segmentation.nodes.pipeline_node import PipelineNode
 from test.nodes.bench import Bench
 
@@ -23,8 +24,8 @@ KINDS = {
 
 
 def topics(bench: Bench) -> dict[str, str]:
-    node = bench.add(PipelineNode, localize=True)
-    made = {each.topic_name: each.msg_type for each in node.publishers}
+    nodes = [bench.add(kind) for kind in (PipelineNode, LocalizerNode)]
+    made = {each.topic_name: each.msg_type for node in nodes for each in node.publishers}
     return {
         name: f'{kind.__module__.partition(".")[0]}/msg/{kind.__name__}'
         for name, kind in made.items()

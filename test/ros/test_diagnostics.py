@@ -70,14 +70,11 @@ def test_the_level_says_what_is_wrong() -> None:
     # What a node has to say is a warning where frames go well.
     why = 'located: 0 of 1, why'
     assert judged(statistics, trouble=why) == (DiagnosticStatus.WARN, why)
-    statistics.lost, statistics.again = 4, 5
+    statistics.stale = 3
     status, values = told(statistics)
-    assert (status.level, values['again']) == (DiagnosticStatus.WARN, '5')
+    assert (status.level, values['stale']) == (DiagnosticStatus.WARN, '3')
+    assert '3 frames lost, skipped or stale' in status.message
     assert judged(statistics) == (DiagnosticStatus.OK, 'active')
-    statistics.late = 3
-    status, values = told(statistics)
-    assert (status.level, values['late']) == (DiagnosticStatus.WARN, '3')
-    assert '3 frames lost, skipped or late' in status.message
     statistics.failed = 2
     assert judged(statistics, trouble=why) == (
         DiagnosticStatus.WARN,

@@ -105,7 +105,7 @@ def test_nothing_is_made_for_nobody() -> None:
 
 def test_of_a_place_that_is_not_known_nothing_is_said() -> None:
     node: Any = _Node('person_0/pose', 'person_1/pose', 'boxes', 'markers')
-    outputs = Outputs(node, people_topics(SLOTS, located=True))
+    outputs = Outputs(node, people_topics(SLOTS))
     mask = np.zeros((6, 8), np.uint8)
     mask[1:4, 2:5] = 255
     outputs.publish_made(HEADER, seen, _matches(), [mask, np.zeros_like(mask)], (None, None))

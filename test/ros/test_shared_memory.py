@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import fcntl
 import os
-import time
 from pathlib import Path
 
 import pytest
 
-from gait_segmentation.ros.shared_memory import DeadPorts, remove_dead_segments
+from gait_segmentation.ros.shared_memory import remove_dead_segments
 
 
 def segment(folder: Path, name: str, old: bool = True) -> Path:
@@ -58,79 +57,8 @@ def test_what_belongs_to_somebody_else_is_left(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     segment(tmp_path, 'fastrtps_' + 'a' * 16)
-    segment(tmp_path, 'fastrtps_port7411')
     before = names(tmp_path)
     monkeypatch.setattr(os, 'geteuid', lambda: 12345678)
     assert remove_dead_segments(tmp_path) == 0
-    DeadPorts(tmp_path).close()
     assert names(tmp_path) == before
-    assert (tmp_path / 'fastrtps_port7411').is_file()
     assert remove_dead_segments(tmp_path / 'none') == 0
-    DeadPorts(tmp_path / 'none').close()
-
-
-def test_the_ports_of_the_dead_are_closed_and_their_numbers_free_again_later(
-    tmp_path: Path,
-) -> None:
-    dead = segment(tmp_path, 'fastrtps_port7411')
-    alive = segment(tmp_path, 'fastrtps_port7413')
-    looked_at = segment(tmp_path, 'fastrtps_port7415', old=False)
-    left = {'fastrtps_port7415', looked_at.name}
-    with open(alive, 'rb') as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        ports = DeadPorts(tmp_path)
-        assert (tmp_path / 'fastrtps_port7411').is_dir()
-        assert names(tmp_path) == left | {'fastrtps_port7411', 'fastrtps_port7413', alive.name}
-        assert not dead.exists()
-    ports.look()
-    assert (tmp_path / 'fastrtps_port7413').is_dir()
-    ports.close()
-    # Others may still write there.
-    assert names(tmp_path) == left | {'fastrtps_port7411', 'fastrtps_port7413'}
-    DeadPorts(tmp_path, closed_s=0.0)
-    assert names(tmp_path) == left
-
-
-def test_those_who_die_later_are_found_and_their_numbers_are_free_again_after_a_while(
-    tmp_path: Path,
-) -> None:
-    ports = DeadPorts(tmp_path, closed_s=0.0)
-    ports.start()
-    segment(tmp_path, 'fastrtps_port7411')
-    while names(tmp_path):
-        time.sleep(0.01)
-    ports.close()
-
-
-def test_a_port_that_is_made_anew_meanwhile_is_closed_nevertheless(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    segment(tmp_path, 'fastrtps_port7411')
-    port = tmp_path / 'fastrtps_port7411'
-    unlink, again = Path.unlink, [True]
-
-    def made_anew(path: Path, missing_ok: bool = False) -> None:
-        unlink(path, missing_ok=missing_ok)
-        if path == port and again:
-            again.clear()
-            port.touch()
-
-    monkeypatch.setattr(Path, 'unlink', made_anew)
-    DeadPorts(tmp_path)
-    assert port.is_dir()
-    assert names(tmp_path) == {port.name}
-
-
-def test_ports_without_a_lock_are_closed_at_the_start_alone(tmp_path: Path) -> None:
-    """Later they may be about to be read."""
-    written, shared, later = (f'fastrtps_port741{n}' for n in (1, 3, 5))
-    for name in (written, shared):
-        segment(tmp_path, name).unlink()
-    (tmp_path / f'{shared}_sl').touch()
-    before = names(tmp_path)
-    ports = DeadPorts(tmp_path)
-    assert names(tmp_path) == before
-    segment(tmp_path, later).unlink()
-    ports.look()
-    assert [name for name in (written, shared, later) if (tmp_path / name).is_dir()] == [written]
-    ports.close()

@@ -67,8 +67,8 @@ def results_of(
     """
     Run every frame through a pipeline.
 
-    A frame that cannot be read or used, or comes after a later one, has a result in which nobody
-    is seen, as from the nodes; one whose stamp has come before has none.
+    A frame that cannot be read or used has a result in which nobody is seen, as from the nodes;
+    one whose stamp is not later than that before has none.
 
     :param box: of the person in the first frame, in pixels of the frames.
     :param warn: told what is worth a warning.
@@ -113,13 +113,11 @@ def results_of(
         answered_by = None
         if frame.image is None:
             warn(f'frame {frame.number} cannot be read: {frame.problem}')
-        elif (order := stamps.take(frame.stamp_ns)) is Order.AGAIN:
-            warn(f'frame {frame.number} is ignored: its stamp has come before')
+        elif (order := stamps.take(frame.stamp_ns)) is Order.STALE:
+            warn(f'frame {frame.number} is dropped: its stamp is not later than the one before')
             continue
-        elif order is Order.LATE:
-            warn(f'frame {frame.number} came after a later one: nobody is seen in it')
         else:
-            if order is Order.ANEW:
+            if order is Order.RESET:
                 warn(f'the stamp went back at frame {frame.number}: everything is reset')
                 start_over()
                 intake.begin_anew()

@@ -28,7 +28,6 @@ from gait_segmentation.inputs import ImageSource
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.pipeline import FrameResult, PersonResult
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
-from gait_segmentation.ros.participant import log_where_possible
 from gait_segmentation.streams.fields import (
     read_body,
     read_box,
@@ -180,7 +179,6 @@ def play(
     if box is not None:
         numbers = [float(each) for each in (box.x, box.y, box.width, box.height)]
         words += ['-p', f'initial_box:={numbers}']
-    log_where_possible()
     with ros(), ProcessGroup(logs) as processes:
         for name in NODES:
             processes.start_node(name, *words)
