@@ -42,7 +42,6 @@ def test_what_a_stamp_says(stamps_ms: tuple[int, ...], said: str) -> None:
 
 
 @given(st.lists(st.integers(1, 3 * S), max_size=30))
-@given(st.lists(st.integers(1, 3 * S), max_size=30))
 def test_to_ask_changes_nothing_and_the_newest_is_the_latest_since_a_reset(numbers) -> None:
     stamps, since = Stamps(), [0]
     for each in numbers:
