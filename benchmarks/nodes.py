@@ -94,7 +94,7 @@ LONG = {'lost': 0, 'drift': 0.01, 'slower': 1.2}
 LIVE = 0.02
 """How much less than in lockstep J may be."""
 
-BACK_S, HUNG_S, TERM_S, STEADY_S = 3.0, 20.0, 5.0, 0.5
+BACK_S, HUNG_S, TERM_S, STEADY_S = 10.0, 20.0, 5.0, 0.5
 """Of a node that is killed; frames are answered for as long before the next kill, at least."""
 
 STACKS = 100
@@ -174,7 +174,7 @@ def measure(style: str, size: tuple[int, int], options: argparse.Namespace) -> d
         preset = preset_file(options.preset) if options.preset else None
         start(processes, nodes, listener, *parameters, box=box, preset=preset)
         processes.start(
-            'gait_source', 'source', str(film), '--loop',
+            'gait_source', 'gait_segmentation.nodes.source_node', str(film), '--loop',
             '--rate', str(options.rate), '--wait-for', str(min(len(nodes), 2)),
             '--delay', '1', '--stamps', str(stamps),
         )  # fmt: skip
@@ -272,7 +272,7 @@ class Kills:
         for name in nodes:
             processes.start_node(name)
         processes.start(
-            'gait_source', 'source', str(frames),
+            'gait_source', 'gait_segmentation.nodes.source_node', str(frames),
             '--rate', '30', '--loop', '--preload',
         )  # fmt: skip
         if not self.answers_after(time.time_ns(), START_TIMEOUT_S):

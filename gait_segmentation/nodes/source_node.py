@@ -30,13 +30,11 @@ from gait_segmentation.cli.tool import (
     command_parser,
     run_tool,
 )
-from gait_segmentation.ending import Ending
 from gait_segmentation.errors import ConfigError, SequenceError
 from gait_segmentation.files.output_files import keep_apart, named
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource, check_rate, open_input
 from gait_segmentation.ros.endpoints import BETWEEN_NODES
 from gait_segmentation.ros.messages import image_message
-from gait_segmentation.ros.participant import REFUSALS, said_by, take_part
 from gait_segmentation.streams.fields import stamp_of
 
 _FLOW_OUT_S = 10
@@ -212,33 +210,14 @@ def _wait_for(node: Node, publisher: Publisher, subscribers: int, timeout_s: flo
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
     given = sys.argv if arguments is None else ['gait_source', *arguments]
-    # Nothing of a camera that is switched off is worth waiting for.
-    ending = Ending(rclpy.try_shutdown, at_once=True)
-    ending.handle_signals()
+    rclpy.init(args=given)
+    options = parser().parse_args(remove_ros_args(given)[1:])
+    node = Node('gait_source')
     try:
-        return run_tool('gait_source', lambda: _run(given, ending))
-    finally:
-        ending.close()
-
-
-def _run(given: list[str], ending: Ending) -> int:
-    try:
-        options = parser().parse_args(remove_ros_args(given)[1:])
-        participant = take_part(given)
-    except Exception as error:
-        # What rclpy does not understand.
-        raise ConfigError(said_by(error)) from error
-    ending.closes(participant.close)
-    try:
-        node = Node('gait_source')
-        ending.closes(node.destroy_node)
-        published = publish_input(options, node)
-        node.get_logger().info(f'{published} frames published')
-    except DamagedError as error:
-        print(f'gait_source: warning: {error}', file=sys.stderr)
-        return 1
-    except REFUSALS as error:
-        # What ROS refuses, such as for security, unless the context was closed under it.
-        if rclpy.ok():
-            raise ConfigError(said_by(error)) from error
+        publish_input(options, node)
+    except KeyboardInterrupt:
+        pass
     return 0
+
+if __name__ == '__main__':
+    sys.exit(main())

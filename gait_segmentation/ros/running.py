@@ -88,12 +88,14 @@ def run_node(make: type[GaitNode], arguments: list[str] | None = None) -> int:
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except Exception as error:
-        if node is not None:
-            raise
-        # What rclpy says goes on with the name and a pointer into it.
-        text = str(error).partition('\n')[0].rstrip(':')
-        print(f'{make.name}: error: {text}', file=sys.stderr)
-        return code
+        # Otherwise a signal has shut the context down under whatever was being done.
+        if rclpy.ok() or code == 2:
+            if node is not None:
+                raise
+            # What rclpy says goes on with the name and a pointer into it.
+            text = str(error).partition('\n')[0].rstrip(':')
+            print(f'{make.name}: error: {text}', file=sys.stderr)
+            return code
     finally:
         faulthandler.dump_traceback_later(_LONGEST_S, exit=True, file=2)
         signal.signal(signal.SIGINT, signal.SIG_IGN)
