@@ -134,7 +134,8 @@ class Nodes(ProcessGroup):
         runs.append(f'{name}_{len(runs)}')
         space = next(space for space, names in SPACES.items() if name in names)
         given = [word for each in self._parameters for word in ('-p', each)]
-        command = name.removeprefix('gait_'), '--ros-args', '-r', f'__ns:=/{space}', *given
+        module = f'gait_segmentation.nodes.{name.removeprefix("gait_")}_node'
+        command = module, '--ros-args', '-r', f'__ns:=/{space}', *given
         self.start(runs[-1], *command)
 
 

@@ -31,7 +31,7 @@ from gait_segmentation.segmentation import SegmentationConfig
 from gait_tools.gait_model import BankSpec, build_bank
 from test.walkers import box_of, clip, couple, sunlit
 
-NOT_OF_A_STAGE = ('cli', 'commands', 'nodes', 'ros')
+NOT_OF_A_STAGE = ('cli', 'nodes', 'ros')
 FRAMES = 14
 
 Play = tuple[list[NDArray[np.uint8]], list[Box]]

@@ -26,10 +26,10 @@ setup(
     zip_safe=False,
     entry_points={
         'console_scripts': [
-            'gait_bank = gait_tools.commands:bank',
-            'gait_demo = gait_tools.commands:demo',
-            'gait_evaluate = gait_tools.commands:evaluate',
-            'gait_figures = gait_tools.commands:figures',
+            'gait_bank = gait_tools.cli.bank:main',
+            'gait_demo = gait_tools.cli.demo:main',
+            'gait_evaluate = gait_tools.cli.evaluate:main',
+            'gait_figures = gait_tools.cli.figures:main',
         ],
     },
 )

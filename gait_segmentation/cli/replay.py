@@ -21,6 +21,8 @@ from gait_segmentation.cli.replaying.walks import (
 )
 from gait_segmentation.cli.settings import Settings, read_parameter_file
 from gait_segmentation.cli.tool import (
+    FAILED,
+    INTERRUPTED,
     PROCESSORS,
     READING,
     add_config_options,
@@ -30,7 +32,6 @@ from gait_segmentation.cli.tool import (
     preset_file,
     run_tool,
 )
-from gait_segmentation.commands import FAILED, INTERRUPTED
 from gait_segmentation.config import overridden
 from gait_segmentation.detector.client import DETECTORS, detector_python
 from gait_segmentation.errors import ConfigError

@@ -12,14 +12,22 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gait_segmentation import MOST_PIXELS
-from gait_segmentation.commands import FAILED, INTERRUPTED
-from gait_segmentation.errors import ConfigError, GaitSegmentationError, InputError
+from gait_segmentation.errors import (
+    EXTRAS,
+    ConfigError,
+    GaitSegmentationError,
+    InputError,
+    not_installed,
+)
 from gait_segmentation.files.installed import shared_file
 from gait_segmentation.files.output_files import problem_of
 from gait_segmentation.geometry import Box, check_start_box
 
 if TYPE_CHECKING:
     from gait_segmentation.inputs import ImageSource
+
+FAILED, INTERRUPTED = 2, 130
+"""Exit codes."""
 
 READING = ('topic', 'width', 'start', 'count', 'rate', 'rotate', 'max_pixels')
 """Options that are arguments of :func:`gait_segmentation.inputs.open_input`."""
@@ -61,11 +69,19 @@ def run_tool(name: str, run: Callable[[], int | None]) -> int:
     except GaitSegmentationError as error:
         print(f'{name}: error: {error}', file=sys.stderr)
         return FAILED
+    except ModuleNotFoundError as error:
+        if error.name not in EXTRAS:
+            raise
+        print(f'{name}: error: {not_installed(error.name)}', file=sys.stderr)
+        return FAILED
     except OSError as error:
         _drop_output()
         print(f'{name}: error: {problem_of(error)}', file=sys.stderr)
         return FAILED
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SystemError) as error:
+        # The second is what becomes of it in a kernel that is just being called.
+        if isinstance(error, SystemError) and not isinstance(error.__cause__, KeyboardInterrupt):
+            raise
         print(f'{name}: interrupted', file=sys.stderr)
         return INTERRUPTED
 

@@ -15,6 +15,7 @@ from pathlib import Path
 
 import rclpy
 from rclpy.duration import Duration
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.utilities import remove_ros_args
@@ -30,7 +31,7 @@ from gait_segmentation.cli.tool import (
     command_parser,
     run_tool,
 )
-from gait_segmentation.errors import ConfigError, SequenceError
+from gait_segmentation.errors import ConfigError, GaitSegmentationError, SequenceError
 from gait_segmentation.files.output_files import keep_apart, named
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource, check_rate, open_input
 from gait_segmentation.ros.endpoints import BETWEEN_NODES
@@ -210,14 +211,33 @@ def _wait_for(node: Node, publisher: Publisher, subscribers: int, timeout_s: flo
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
     given = sys.argv if arguments is None else ['gait_source', *arguments]
-    rclpy.init(args=given)
+    return run_tool('gait_source', lambda: _run(given))
+
+
+def _run(given: list[str]) -> int:
     options = parser().parse_args(remove_ros_args(given)[1:])
-    node = Node('gait_source')
+    node: Node | None = None
     try:
-        publish_input(options, node)
-    except KeyboardInterrupt:
+        rclpy.init(args=given)
+        node = Node('gait_source')
+        published = publish_input(options, node)
+        node.get_logger().info(f'{published} frames published')
+    except (KeyboardInterrupt, ExternalShutdownException):
+        # Nothing of a camera that is switched off is worth waiting for.
         pass
+    except DamagedError as error:
+        print(f'gait_source: warning: {error}', file=sys.stderr)
+        return 1
+    except (GaitSegmentationError, OSError):
+        raise
+    except Exception as error:
+        # What rclpy does not understand, or refuses, unless a signal has shut it down.
+        if node is None or rclpy.ok():
+            raise ConfigError(str(error).partition('\n')[0].rstrip(':')) from error
+    finally:
+        rclpy.try_shutdown()
     return 0
+
 
 if __name__ == '__main__':
     sys.exit(main())

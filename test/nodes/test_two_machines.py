@@ -120,11 +120,11 @@ def test_masks_come_across_the_network(
     bank = ('--ros-args', '-p', f'bank:={bank_file}')
     probe = desk.start('-c', PROBE)
     others = [
-        robot.start('-m', 'gait_segmentation', 'tracker', *bank, '-p', start),
-        desk.start('-m', 'gait_segmentation', 'matcher', *bank),
-        desk.start('-m', 'gait_segmentation', 'segmenter'),
-        robot.start('-m', 'gait_segmentation', 'source', str(tmp_path), '--rate', '8', '--loop',
-                    '--wait-for', '2', '--wait-timeout', str(TIMEOUT_S), '--delay', '2'),
+        robot.start('-m', 'gait_segmentation.nodes.tracker_node', *bank, '-p', start),
+        desk.start('-m', 'gait_segmentation.nodes.matcher_node', *bank),
+        desk.start('-m', 'gait_segmentation.nodes.segmenter_node'),
+        robot.start('-m', 'gait_segmentation.nodes.source_node', str(tmp_path), '--rate', '8',
+                    '--loop', '--wait-for', '2', '--wait-timeout', str(TIMEOUT_S), '--delay', '2'),
     ]  # fmt: skip
     try:
         output, _ = probe.communicate(timeout=TIMEOUT_S + 30)

@@ -21,7 +21,6 @@ from pathlib import Path
 from typing import Any
 
 import cv2
-from tqdm import tqdm
 
 from gait_segmentation import MOST_PIXELS
 from gait_segmentation.cli.replaying.bag_output import BagOutput
@@ -37,7 +36,6 @@ from gait_segmentation.cli.replaying.outputs import (
 )
 from gait_segmentation.cli.replaying.walks import OpenGaitOutput
 from gait_segmentation.cli.tool import POLL_S, scaled_box
-from gait_segmentation.commands import ENDING
 from gait_segmentation.detector.client import Detector
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.files.output_files import keep_apart, named, problem_of
@@ -279,6 +277,9 @@ def replay_all(jobs: list[Job], at_a_time: int, *, force: bool, cluster: str = '
 
 
 def _bar(items: Iterable[Any] | None = None, **options: Any) -> Any:
+    # Here, so that it is said what to install where it is not there.
+    from tqdm import tqdm
+
     # disable=None: no bar where stderr is not a terminal.
     return tqdm(items, disable=None, leave=False, **options)
 
@@ -293,7 +294,10 @@ def _until_interrupted() -> Iterator[threading.Event]:
             raise KeyboardInterrupt
         stop.set()
 
-    before = {number: signal.getsignal(number) for number in ENDING}
+    before = {
+        number: signal.getsignal(number)
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+    }
     try:
         for number, handler in before.items():
             # What nohup has begun is to survive its terminal.

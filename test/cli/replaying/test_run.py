@@ -20,7 +20,6 @@ from typing import Any
 
 import pytest
 
-from gait_segmentation import commands
 from gait_segmentation.cli.replay import main
 from gait_segmentation.cli.replaying import run
 from gait_segmentation.cli.replaying.run import Job, Report, _until_interrupted
@@ -235,8 +234,7 @@ def test_without_dask_it_is_told_what_to_install(
     given: list[str], tmp_path: Path, capsys, monkeypatch
 ) -> None:
     monkeypatch.setitem(sys.modules, 'distributed', None)
-    monkeypatch.setattr(sys, 'argv', ['gait_replay', *given, *ADDRESS])
-    assert commands.replay() == 2
+    assert main([*given, *ADDRESS]) == 2
     assert "distributed is not installed: pip install distributed, or '.[archive]'" in (
         capsys.readouterr().err
     )

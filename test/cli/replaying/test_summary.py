@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 import yaml
 
-from gait_segmentation import commands
 from gait_segmentation.cli.replay import main
 from gait_segmentation.cli.replaying.walks import SUMMARY_COLUMNS
 from test.cli.conftest import FRAMES
@@ -89,8 +88,7 @@ def test_parquet_without_pyarrow_is_told_before_anything_is_done(
 ) -> None:
     monkeypatch.setitem(sys.modules, 'pyarrow', None)
     table = ['--summary', str(tmp_path / 'walks.parquet')]
-    monkeypatch.setattr(sys, 'argv', ['gait_replay', *given, *table])
-    assert commands.replay() == 2
+    assert main([*given, *table]) == 2
     assert "pyarrow is not installed: pip install pyarrow, or '.[archive]'" in (
         capsys.readouterr().err
     )
