@@ -114,3 +114,6 @@ def test_a_binned_part_of_a_sensor_has_its_pixel_centres_where_they_are() -> Non
     assert (camera.fy, camera.cy) == (510.0, 199.5)
     whole = read_camera(message, shape=(480, 640))
     assert (whole.width, whole.cx) == (640, 319.5)
+    message.k = [0.0] * 9
+    with pytest.raises(InputError, match='the camera is not calibrated'):
+        read_camera(message)
