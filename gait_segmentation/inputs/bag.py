@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _STORAGE = ('.mcap', '.db3')
 _IMAGE = 'sensor_msgs/msg/Image'
 _COMPRESSED = 'sensor_msgs/msg/CompressedImage'
-_MEND = 'ros2 bag reindex, mcap recover or rosbag reindex mend what was cut off'
+_MEND = 'mcap recover FILE, rosbag reindex FILE or ros2 bag reindex FOLDER mends what was cut off'
 _RATE_FRAMES = 60
 """Stamps that the rate is found from."""
 

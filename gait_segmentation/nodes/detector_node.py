@@ -34,7 +34,7 @@ class DetectorNode(GaitNode):
 
     def build(self) -> None:
         """Start the network, so that a node that is active can answer, and make the publisher."""
-        self.stage = Detector(clock=time.monotonic)
+        self.stage = Detector()
         with self.unhurried():
             self.stage.start()
         self._heat_map = self.output(Image, 'heat_map')
