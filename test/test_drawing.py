@@ -10,7 +10,6 @@ from gait_segmentation.drawing import (
     BACKDROP,
     draw_outline,
     draw_person,
-    draw_phase_dial,
     view_word,
 )
 from gait_segmentation.errors import InputError
@@ -57,19 +56,6 @@ def test_the_outline_lies_on_the_rim_of_the_mask_and_of_holes():
     image = grey(40, 40)
     draw_outline(image, mask, GREEN)
     assert changed(image)[14:16, 20].any()
-
-
-def test_the_hand_of_the_dial_runs_clockwise_from_the_top():
-    def side(phase):
-        image = np.zeros((41, 41, 3), np.uint8)
-        draw_phase_dial(image, (20.5, 20.5), 16, phase, GREEN)
-        hand = np.argwhere(image[10:31, 10:31, 1] > 200) - 10
-        return hand.mean(axis=0)
-
-    assert side(0.25)[1] > 3
-    assert side(0.75)[1] < -3
-    assert side(0.5)[0] > 3
-    assert side(1.25)[1] > 3
 
 
 def test_a_person_is_drawn():

@@ -33,11 +33,16 @@ def keep_apart(outputs: Iterable[tuple[str, Path | None]], inputs: Iterable[Path
             continue
         real = path.resolve()
         for given, source in read:
-            if real == source or source in real.parents or real in source.parents:
-                raise ConfigError(
-                    f'{name} {path} is, or lies in, or holds the input {given}, which would be '
-                    'changed: choose another place'
-                )
+            if real == source or (path.exists() and given.exists() and path.samefile(given)):
+                how = 'is'
+            elif source in real.parents or real in source.parents:
+                how = 'lies in' if source in real.parents else 'holds'
+            else:
+                continue
+            raise ConfigError(
+                f'{name} {path} {how} the input {given}, which would be changed: choose another '
+                'place'
+            )
 
 
 @contextmanager

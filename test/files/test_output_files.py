@@ -4,12 +4,25 @@ from __future__ import annotations
 
 import os
 import resource
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.files.output_files import keep_apart, named, problem_of, write_file
+
+
+@contextmanager
+def room_for(size: int) -> Iterator[None]:
+    """Let files grow to some bytes only, as if the disk were full then."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
 @pytest.mark.parametrize(
@@ -46,14 +59,8 @@ def test_errors_get_the_name_of_their_file_unless_they_have_one() -> None:
 def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     path = tmp_path / 'scores.json'
     write_file(path, b'before')
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    # As if the disk were full.
-    resource.setrlimit(resource.RLIMIT_FSIZE, (100, before[1]))
-    try:
-        with pytest.raises(OSError, match='File too large') as caught:
-            write_file(path, bytes(1000))
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    with room_for(100), pytest.raises(OSError, match='File too large') as caught:
+        write_file(path, bytes(1000))
     assert caught.value.filename == str(path)
     assert path.read_bytes() == b'before'
     assert os.listdir(tmp_path) == ['scores.json']
