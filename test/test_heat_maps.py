@@ -86,7 +86,6 @@ def test_grades_are_believed_until_masks_tell_what_they_mean():
     assert (grades.evidence(values)[HALF > 0] < -2).all()
 
 
-@pytest.mark.parametrize('value', [0, 15, 255])
-def test_a_map_of_one_grade_says_nothing(value):
-    assert not says_something(np.full((2, 2), value, np.uint8))
+def test_a_map_of_one_grade_says_nothing():
+    assert not says_something(np.array([[0, 15]], np.uint8))
     assert says_something(np.array([[0, 16]], np.uint8))
