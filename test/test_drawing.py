@@ -10,7 +10,6 @@ from gait_segmentation.drawing import (
     BACKDROP,
     draw_outline,
     draw_person,
-    view_word,
 )
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
@@ -69,13 +68,6 @@ def test_a_person_is_drawn():
     bare = grey(60, 80)
     draw_person(bare, mask=np.zeros((60, 80), np.uint8), box=None, track_id=0)
     assert not changed(bare).any()
-
-
-def test_views_have_words():
-    assert view_word(0) == 'to the right'
-    assert view_word(math.pi / 2) == 'away'
-    assert view_word(math.pi) == view_word(-math.pi) == 'to the left'
-    assert view_word(-math.pi / 2 + 0.1) == 'closer'
 
 
 IMAGE = np.full((120, 160, 3), 60, np.uint8)

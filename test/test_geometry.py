@@ -13,13 +13,11 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import (
     BodyFrame,
     Box,
-    Placement,
     check_body,
     check_matched_box,
     check_start_box,
     compose,
     invert,
-    pixel_affine,
     reach,
     template_to_image,
 )
@@ -108,11 +106,6 @@ def test_body_frame_survives_its_corners(body: BodyFrame, width: float) -> None:
         BodyFrame.from_corners(((0, 0),) * 4)
 
 
-def test_placement_is_in_heights_of_the_box() -> None:
-    body = Placement(0.1, -0.2, 1.1).body(Box(10, 20, 30, 100), 0.2)
-    assert body == BodyFrame(25 + 10, 70 - 20, pytest.approx(110), 0.2)
-
-
 @given(bodies)
 def test_template_to_image_puts_head_and_feet_where_the_body_is(body: BodyFrame) -> None:
     transform = template_to_image(body, 96, 64, 0.9)
@@ -128,13 +121,6 @@ def test_template_to_image_puts_head_and_feet_where_the_body_is(body: BodyFrame)
 def test_inverse_and_composition_cancel(body: BodyFrame) -> None:
     transform = template_to_image(body, 96, 64, 0.9)
     assert compose(invert(transform), transform) == pytest.approx(np.eye(2, 3), abs=1e-6)
-
-
-def test_pixel_affine_keeps_pixel_centres() -> None:
-    # Doubling the size carries the centre of pixel 0 (position 0.5) to position 1, index 0.5.
-    matrix = pixel_affine(2 * np.eye(2, 3))
-    assert matrix @ [0, 0, 1] == pytest.approx([0.5, 0.5])
-    assert pixel_affine(np.eye(2, 3)) == pytest.approx(np.eye(2, 3))
 
 
 @given(bodies, sizes, sizes)

@@ -144,12 +144,6 @@ def test_depth_at_the_outline_does_not_count() -> None:
         np.testing.assert_array_equal(spoilt.position, clean.position)
 
 
-def test_depth_alone_needs_no_ground() -> None:
-    found = walked('across', 'level')
-    places = run(found, pose=CameraPose.above_ground(0.0))
-    assert all(error(place, shot) < 0.1 for place, (shot, _, _) in zip(places, found, strict=True))
-
-
 def alongside(speed: float, stride_rate: float) -> Location:
     """Return where a robot at the side of a walker, whose steps are given, sees them at last."""
     _, about, mask, model, pose = first()
