@@ -22,7 +22,6 @@ ROS = [
 # What only commands need, and what reads bags; nodes run without, so package.xml does not name it.
 TOOLS = [
     'lz4>=4.0.2',
-    'mcap>=1.2.2',
     'rosbags>=0.11.0',
     'tqdm>=4.66.2',
 ]

@@ -29,6 +29,10 @@ _NONE = ('off', 'false')
 _TRUTHS = {'true': True, 'false': False, '1': True, '0': False, 'yes': True, 'no': False}
 
 
+def _is_finite(value: Any) -> bool:
+    return isinstance(value, float) and math.isfinite(value)
+
+
 @dataclass(frozen=True)
 class Parameter:
     """What is known about one parameter besides its value."""
@@ -85,22 +89,15 @@ class Parameter:
         :raises ConfigError: with the parameter's name, the value and what is allowed.
         """
         if self.type is float:
-            right = isinstance(value, float) and math.isfinite(value)
-        elif self.type is int:
-            right = isinstance(value, int) and not isinstance(value, bool)
+            right = _is_finite(value)
         elif self.type is tuple:
             right = isinstance(value, tuple) and len(value) == len(self.default)
-            right = right and all(
-                isinstance(each, float) and math.isfinite(each) for each in value
-            )
+            right = right and all(map(_is_finite, value))
         else:
-            right = isinstance(value, self.type)
-        if right and self.choices is not None:
-            right = value in self.choices
-        if right and self.minimum is not None:
-            right = value >= self.minimum
-        if right and self.maximum is not None:
-            right = value <= self.maximum
+            right = type(value) is self.type
+        right = right and (self.choices is None or value in self.choices)
+        right = right and (self.minimum is None or value >= self.minimum)
+        right = right and (self.maximum is None or value <= self.maximum)
         if not right:
             shown = list(value) if isinstance(value, tuple) else value
             raise ConfigError(f'{self.name} must be {self.allowed()}, got {shown!r}')

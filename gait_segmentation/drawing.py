@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-Pictures for people: outlines, boxes, labels and phase dials over frames.
+Pictures for people: outlines, boxes and labels over frames.
 
 Functions named ``draw_`` change the image they are given, a (H, W, 3) uint8 BGR array.  Colours
 are (blue, green, red).  Lines are anti-aliased.
@@ -16,7 +16,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
 
 Colour = tuple[int, int, int]
@@ -75,10 +74,7 @@ def draw_outline(image: Image, mask: NDArray[np.uint8], colour: Colour, width: i
 
     :param mask: (H, W) uint8, inside where it is above 127; of the image's size.
     :param width: of the line in pixels.
-    :raises InputError: if mask and image differ in size.
     """
-    if mask.shape != image.shape[:2]:
-        raise InputError(f'mask must have the shape {image.shape[:2]}, got {mask.shape}')
     inside = (mask > 127).astype(np.uint8)
     contours, _ = cv2.findContours(inside, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     cv2.polylines(image, contours, True, colour, width, cv2.LINE_AA)
@@ -147,30 +143,6 @@ def draw_label(
     cv2.putText(image, text, baseline, _FONT, size, colour, 1, cv2.LINE_AA)
 
 
-def draw_phase_dial(
-    image: Image, center: tuple[float, float], radius: float, phase: float, colour: Colour
-) -> None:
-    """
-    Draw the gait phase as a clock: 0 (heel contact) is at the top, and it runs clockwise.
-
-    :param phase: in strides, only the fraction counts.
-    """
-    scale = 2**_SHIFT
-    x, y = center
-    middle = (round(x * scale), round(y * scale))
-    angle = 2 * math.pi * phase
-    hand = (
-        round((x + radius * math.sin(angle)) * scale),
-        round((y - radius * math.cos(angle)) * scale),
-    )
-    cv2.circle(image, middle, round(radius * scale), BACKDROP, -1, cv2.LINE_AA, _SHIFT)
-    cv2.circle(image, middle, round(radius * scale), colour, 1, cv2.LINE_AA, _SHIFT)
-    top = (middle[0], round((y - 0.7 * radius) * scale))
-    tip = (middle[0], round((y - radius) * scale))
-    cv2.line(image, top, tip, (255, 255, 255), 1, cv2.LINE_AA, _SHIFT)
-    cv2.line(image, middle, hand, colour, 2, cv2.LINE_AA, _SHIFT)
-
-
 def draw_person(
     image: Image,
     *,
@@ -181,11 +153,11 @@ def draw_person(
     azimuth: float = math.nan,
 ) -> None:
     """
-    Draw all that is known of a person: tinted silhouette with outline, box, label, phase dial.
+    Draw all that is known of a person: tinted silhouette with outline, box, label.
 
     :param mask: (H, W) uint8 of the image's size.
     :param box: in the image's pixels, None draws no box and no label.
-    :param phase: in strides, NaN draws no dial.
+    :param phase: in strides, NaN leaves it out of the label.
     :param azimuth: in radians, NaN leaves the view out of the label.
     """
     colour = track_colour(track_id)
@@ -197,10 +169,6 @@ def draw_person(
         return
     draw_box(image, box, colour)
     words = f'{track_id}' + ('' if math.isnan(azimuth) else f' {view_word(azimuth)}')
+    words += '' if math.isnan(phase) else f' {phase:.2f}'
     blue, green, red = ((value + 255) // 2 for value in colour)
     draw_label(image, words, (box.x, box.y - 18), (blue, green, red))
-    if not math.isnan(phase):
-        radius = 9
-        x = min(max(box.right + radius + 4, radius + 1), image.shape[1] - radius - 2)
-        y = min(max(box.y + radius, radius + 1), image.shape[0] - radius - 2)
-        draw_phase_dial(image, (x, y), radius, phase, colour)

@@ -68,15 +68,19 @@ def check_image(image: NDArray[np.uint8]) -> None:
 
     :raises InputError: if the array is not (height, width, 3) uint8 with at least one pixel.
     """
-    if not isinstance(image, np.ndarray):
-        # Such as the None that OpenCV returns at the end of a film.
-        raise InputError(f'image must be an array, got {type(image).__name__}')
-    if image.ndim != 3 or image.shape[2] != 3:
-        raise InputError(f'image must be a (height, width, 3) array, got shape {np.shape(image)}')
-    if image.dtype != np.uint8:
-        raise InputError(f'image must be uint8, got {image.dtype}')
-    if image.size == 0:
-        raise InputError(f'image must have at least one pixel, got {image.shape}')
+    # Such as the None that OpenCV returns at the end of a film.
+    known = isinstance(image, np.ndarray) and image.dtype == np.uint8 and image.size > 0
+    if not (known and image.ndim == 3 and image.shape[2] == 3):
+        raise InputError(
+            'image must be a (height, width, 3) uint8 array with at least one pixel, got '
+            f'{_kind(image)}'
+        )
+
+
+def _kind(array: Any) -> str:
+    if isinstance(array, np.ndarray):
+        return f'{array.shape} {array.dtype}'
+    return type(array).__name__
 
 
 def check_map(array: NDArray[np.uint8], name: str) -> None:
@@ -87,10 +91,8 @@ def check_map(array: NDArray[np.uint8], name: str) -> None:
     :param name: what the message calls it.
     :raises InputError: if it has another shape or type.
     """
-    if not isinstance(array, np.ndarray):
-        raise InputError(f'{name} must be an array, got {type(array).__name__}')
-    if array.ndim != 2 or array.dtype != np.uint8:
-        raise InputError(f'{name} must be (height, width) uint8, got {array.shape} {array.dtype}')
+    if not (isinstance(array, np.ndarray) and array.ndim == 2 and array.dtype == np.uint8):
+        raise InputError(f'{name} must be (height, width) uint8, got {_kind(array)}')
 
 
 def size_of(window: Window) -> tuple[int, int]:

@@ -16,7 +16,6 @@ import logging
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -28,21 +27,12 @@ from numba.core.sigutils import normalize_signature
 from gait_segmentation.files.output_files import named
 
 _PACKAGE = __name__.partition('.')[0]
-_LOGGER = logging.getLogger(_PACKAGE)
-_PATIENCE_S = 5.0
 
 
-@dataclass(frozen=True, eq=False)
-class _Declared:
-    """A kernel and the types of its arguments when it is called in one way."""
+_declared: list[tuple[Dispatcher, str]] = []
+"""Kernels, and the types of their arguments when they are called in one way."""
 
-    function: Dispatcher
-    types: str
-
-
-_kernels: list[Any] = []
-_declared: list[_Declared] = []
-_ready: list[_Declared] = []
+_ready: list[tuple[Dispatcher, str]] = []
 
 
 def kernel(*calls: str, **options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -62,8 +52,7 @@ def kernel(*calls: str, **options: Any) -> Callable[[Callable[..., Any]], Any]:
             compiled.enable_caching()
         except RuntimeError:
             _warn_uncached()
-        _kernels.append(compiled)
-        _declared.extend(_Declared(compiled, types) for types in calls)
+        _declared.extend((compiled, types) for types in calls)
         return compiled
 
     return made
@@ -71,15 +60,13 @@ def kernel(*calls: str, **options: Any) -> Callable[[Callable[..., Any]], Any]:
 
 @functools.cache
 def _warn_uncached() -> None:
-    _LOGGER.warning(
+    logging.getLogger(_PACKAGE).warning(
         'kernels are compiled at each start, for no folder can be written to keep them in: set '
         'NUMBA_CACHE_DIR to one'
     )
 
 
-def compile_kernels(
-    *packages: str, shown: Callable[[list[_Declared]], Iterable[_Declared]] = iter
-) -> int:
+def compile_kernels(*packages: str, shown: Callable[[list[Any]], Iterable[Any]] = iter) -> int:
     """
     Compile all declared kernels of the modules that are imported, or load them from the cache.
 
@@ -94,37 +81,23 @@ def compile_kernels(
     wanted = [
         each
         for each in _declared
-        if f'{each.function.py_func.__module__}.'.startswith(roots) and each not in _ready
+        if f'{each[0].py_func.__module__}.'.startswith(roots) and each not in _ready
     ]
     before = _compiled()
     for each in shown(wanted):
-        _compile(each)
+        function, types = each
+        function.compile(normalize_signature(f'({types},)')[0])
         _ready.append(each)
     return _compiled() - before
 
 
-def _compile(declared: _Declared) -> None:
-    types = normalize_signature(f'({declared.types},)')[0]
-    try:
-        declared.function.compile(types)
-    except Exception as error:
-        # Whatever unpickling makes of a file that a loss of power has cut off, of this kernel or
-        # of one that it calls.
-        _LOGGER.warning(
-            "Numba's cache of compiled kernels cannot be read (%r): all are compiled anew", error
-        )
-        for each in _kernels:
-            each._cache.flush()
-        declared.function.compile(types)
-
-
 def _compiled() -> int:
-    functions = {each.function for each in _declared}
+    functions = {function for function, _ in _declared}
     return sum(sum(function.stats.cache_misses.values()) for function in functions)
 
 
 @contextmanager
-def compiling(say: Callable[[str], object], patience_s: float = _PATIENCE_S) -> Iterator[None]:
+def compiling(say: Callable[[str], object], patience_s: float = 5.0) -> Iterator[None]:
     """
     Say that kernels are loaded or compiled if what is done takes long.
 

@@ -17,12 +17,6 @@ from gait_segmentation.colour import (
 )
 
 
-def test_bins_are_joint_and_complete() -> None:
-    lab = np.array([[[0, 0, 0], [255, 255, 255], [255, 0, 0]]], np.uint8)
-    last = BINS - 1
-    assert colour_bins(lab).tolist() == [[0, BINS**3 - 1, last * BINS * BINS]]
-
-
 def model(band_share: float = 0.7) -> ColourModel:
     return ColourModel(band_share, 1e-4)
 
@@ -100,11 +94,3 @@ def test_stripes_are_told_from_an_even_area_and_by_their_direction() -> None:
     assert level[1] > even[1] + 5
     assert upright[1] == pytest.approx(even[1], abs=0.5)
     assert level[0] == pytest.approx(even[0], abs=0.5)
-
-
-def test_learning_moves_by_the_rate() -> None:
-    colours = model()
-    rows = np.full((1, 10), 0.5, np.float32)
-    for colour in (0, 1):
-        colours.learn(np.full((1, 10), colour, np.uint16), rows, np.ones((1, 10)), 0.25)
-    assert colours.whole()[:2] == pytest.approx([0.75, 0.25])

@@ -8,15 +8,8 @@ import pytest
 
 from gait_segmentation.drawing import (
     BACKDROP,
-    REFINED_COLOUR,
-    TRACKED_COLOUR,
-    draw_box,
-    draw_label,
-    draw_match,
     draw_outline,
     draw_person,
-    draw_phase_dial,
-    view_word,
 )
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
@@ -64,60 +57,6 @@ def test_the_outline_lies_on_the_rim_of_the_mask_and_of_holes():
     assert changed(image)[14:16, 20].any()
 
 
-def test_an_empty_mask_draws_nothing_and_a_wrong_one_is_refused():
-    image = grey(20, 20)
-    draw_outline(image, np.zeros((20, 20), np.uint8), GREEN)
-    assert not changed(image).any()
-    with pytest.raises(InputError, match=r'\(20, 20\), got \(10, 20\)'):
-        draw_outline(image, np.zeros((10, 20), np.uint8), GREEN)
-
-
-def test_a_turned_box_leans_to_the_right():
-    image = grey(60, 60)
-    draw_box(image, Box(25, 10, 10, 40), GREEN, math.radians(30))
-    columns = np.flatnonzero(changed(image)[15])
-    assert columns.mean() > 34
-    assert np.flatnonzero(changed(image)[45]).mean() < 26
-
-
-def test_a_match_is_a_red_box_a_green_one_and_an_outline():
-    image = grey(60, 80)
-    template = square(30, 40, 10, 15, 8)
-    draw_match(
-        image, tracked=Box(5.5, 5.5, 60, 50), refined=Box(20.5, 10.5, 40, 40), template=template
-    )
-    for column, colour in ((5, TRACKED_COLOUR), (20, REFINED_COLOUR)):
-        assert np.abs(image[30, column].astype(int) - colour).max() < 20
-    assert image[27:29, 29:32].min(axis=2).max() > 200
-    bare = grey(60, 80)
-    draw_match(bare)
-    assert not changed(bare).any()
-
-
-def test_labels_stay_inside_or_are_cut_off():
-    for position in ((5, 5), (-50, -50), (1000, 1000)):
-        image = grey(40, 120)
-        draw_label(image, '0042', position)
-        assert changed(image).sum() > 100
-        assert image.max() > 200
-    image = grey(6, 10)
-    draw_label(image, 'very long', (0, 0))
-    assert changed(image).any()
-
-
-def test_the_hand_of_the_dial_runs_clockwise_from_the_top():
-    def side(phase):
-        image = np.zeros((41, 41, 3), np.uint8)
-        draw_phase_dial(image, (20.5, 20.5), 16, phase, GREEN)
-        hand = np.argwhere(image[10:31, 10:31, 1] > 200) - 10
-        return hand.mean(axis=0)
-
-    assert side(0.25)[1] > 3
-    assert side(0.75)[1] < -3
-    assert side(0.5)[0] > 3
-    assert side(1.25)[1] > 3
-
-
 def test_a_person_is_drawn():
     image = grey(60, 80)
     mask = square(60, 80, 20, 30, 20)
@@ -129,13 +68,6 @@ def test_a_person_is_drawn():
     bare = grey(60, 80)
     draw_person(bare, mask=np.zeros((60, 80), np.uint8), box=None, track_id=0)
     assert not changed(bare).any()
-
-
-def test_views_have_words():
-    assert view_word(0) == 'to the right'
-    assert view_word(math.pi / 2) == 'away'
-    assert view_word(math.pi) == view_word(-math.pi) == 'to the left'
-    assert view_word(-math.pi / 2 + 0.1) == 'closer'
 
 
 IMAGE = np.full((120, 160, 3), 60, np.uint8)
@@ -161,13 +93,6 @@ def test_likelihoods_are_red_and_boxes_are_drawn() -> None:
     assert (tracking_picture(IMAGE, tracks[2:]) == IMAGE).all()
 
 
-def test_outlines_of_templates_are_drawn_at_the_largest_size() -> None:
-    picture = matching_picture([SMALL, LARGE], [SOMEBODY, NOBODY])
-    assert picture.shape == (120, 160, 3)
-    assert (picture[60, 55] == 255).all()
-    assert (picture != picture[:, :, :1]).any()
-
-
 def is_red(pixel: np.ndarray) -> bool:
     return bool(pixel[2] > 200 and pixel[0] < 100 and pixel[1] < 100)
 
@@ -188,16 +113,7 @@ def test_both_boxes_are_drawn_where_the_source_has_them() -> None:
     picture = segmentation_picture(IMAGE, masks, [match, NOBODY], tracks)
     assert is_red(picture[60, 36])
     assert is_green(picture[60, 42])
-    assert not any(
-        is_red(pixel) for pixel in segmentation_picture(IMAGE, masks, [match, NOBODY])[60]
-    )
-
-
-def test_silhouettes_are_drawn_of_those_who_are_matched() -> None:
-    mask = SegmentationResult(5, 1, LARGE, '')
-    masks = PeopleMasks((mask, mask), LARGE, LARGE)
     assert (segmentation_picture(IMAGE, masks, [NOBODY, NOBODY]) == IMAGE).all()
-    assert (segmentation_picture(IMAGE, masks, [SOMEBODY, NOBODY]) != IMAGE).any()
 
 
 def test_crops_have_the_size_asked_for():

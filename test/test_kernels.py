@@ -9,9 +9,6 @@ import pkgutil
 import subprocess
 import sys
 import threading
-from collections.abc import Iterable, Iterator
-from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -21,7 +18,6 @@ from numba.core.dispatcher import Dispatcher
 from numpy.typing import NDArray
 
 import gait_segmentation
-from gait_segmentation import kernels as module
 from gait_segmentation.geometry import Box
 from gait_segmentation.kernels import compile_kernels, compiling, kernel
 from gait_segmentation.matching import MatchingConfig
@@ -140,11 +136,10 @@ def test_nothing_is_compiled_or_loaded_while_people_walk(kernels: dict[str, Disp
 def test_a_stage_has_its_kernels_from_its_import_on() -> None:
     """Else those that are imported with the first frame would be compiled then."""
     script = (
-        'import sys, importlib; from gait_segmentation import kernels\n'
+        'import sys, importlib; from gait_segmentation.kernels import compile_kernels\n'
         'for name in sys.argv[1:]: importlib.import_module(name)\n'
-        'print(len(kernels._declared))'
+        'print(compile_kernels(shown=lambda wanted: [print(len(wanted))] and ()))'
     )
-    stages = ['gait_segmentation.pipeline']
     every = [
         each.name
         for each in pkgutil.walk_packages(gait_segmentation.__path__, 'gait_segmentation.')
@@ -154,131 +149,45 @@ def test_a_stage_has_its_kernels_from_its_import_on() -> None:
         subprocess.run(
             [sys.executable, '-c', script, *names], capture_output=True, text=True, check=True
         ).stdout
-        for names in (stages, every)
+        for names in (['gait_segmentation.pipeline'], every)
     ]
-    assert known[0] == known[1] != '0\n'
+    assert known[0] == known[1] != '0\n0\n'
 
 
-def test_kernels_are_compiled_as_they_are_declared(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.setattr('numba.core.config.CACHE_DIR', str(tmp_path))
-    for name in ('_declared', '_ready'):
-        monkeypatch.setattr(module, name, [])
+@kernel('i8, UniTuple(i8, 2)', 'f8, UniTuple(i8, 2)')
+def called(number: float, more: tuple[int, int]) -> float:
+    return number + more[0]
 
-    @kernel('i8, UniTuple(i8, 2)', 'f8, UniTuple(i8, 2)')
-    def called(number: float, more: tuple[int, int]) -> float:
-        return number + more[0]
 
-    @kernel()
-    def called_by_kernels(number: int) -> int:
-        return number
-
-    assert compile_kernels('gait_segmentation', 'test.test_kernel') == 0
-    shown = []
-
-    def show(wanted: Iterable[Any]) -> Iterator[Any]:
-        for each in wanted:
-            shown.append(len(module._ready))
-            yield each
-
-    compile_kernels('test', shown=show)
-    assert shown == [0, 1]
+def test_kernels_are_compiled_as_they_are_declared() -> None:
+    compile_kernels('gait_segmentation', 'test.test_kernel')
+    assert not called.signatures
+    compile_kernels(__name__)
     assert len(called.signatures) == 2
-    called(1, (2, 3))
-    called(1.0, (2, 3))
+    assert (called(1, (2, 3)), called(1.0, (2, 3))) == (3, 3.0)
     assert len(called.signatures) == 2
-    assert called_by_kernels.signatures == []
-    compile_kernels('test', shown=show)
-    assert len(shown) == 2
+    assert compile_kernels(__name__) == 0
 
 
-def test_what_takes_long_is_said_and_what_does_not_is_not() -> None:
+def test_what_takes_long_is_said_and_a_full_disk_is_that_of_the_cache() -> None:
     said, waited = [], threading.Event()
-
-    def say(text: str) -> None:
-        said.append(text)
-        waited.set()
-
-    with compiling(say, patience_s=0.0):
+    with compiling(lambda text: (said.append(text), waited.set()), patience_s=0.0):
         assert waited.wait(60)
-    with compiling(say, patience_s=3600.0):
-        pass
-    assert len(said) == 1
-    assert 'compiling' in said[0]
-
-
-def test_a_full_disk_under_the_cache_is_said_to_be_there() -> None:
-    with pytest.raises(OSError, match='full') as caught, compiling(print, patience_s=3600.0):
+    with pytest.raises(OSError, match='full') as caught, compiling(said.append, patience_s=3600.0):
         raise OSError(28, 'full')
     assert caught.value.filename == 'the cache of compiled kernels'
+    assert len(said) == 1
 
 
-TINY = """
-from gait_segmentation.kernels import kernel
-
-@kernel()
-def inner(number):
-    return number + 1
-
-@kernel('i8')
-def outer(number):
-    return inner(number)
-"""
-
-
-@pytest.mark.parametrize(
-    ('name', 'suffix', 'damage'),
-    [('outer', '.nbi', b''), ('outer', '.nbc', bytes(4096)), ('inner', '.nbi', b'\x93garbage')],
-)
-def test_a_damaged_cache_is_compiled_anew(
-    name: str, suffix: str, damage: bytes, monkeypatch, tmp_path: Path, caplog
-) -> None:
-    tiny = f'tiny_{tmp_path.name}'.translate({ord('-'): '_'})
-    (tmp_path / f'{tiny}.py').write_text(TINY)
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr('numba.core.config.CACHE_DIR', str(tmp_path))
-
-    def start() -> int:
-        """Do what a new process would."""
-        for each in ('_kernels', '_declared', '_ready'):
-            monkeypatch.setattr(module, each, [])
-        sys.modules.pop(tiny, None)
-        made = importlib.import_module(tiny)
-        compiled = compile_kernels(tiny)
-        assert made.outer(1) == 2
-        return compiled
-
-    assert start() == 1
-    assert start() == 0
-    for path in tmp_path.rglob(f'*{name}*{suffix}'):
-        path.write_bytes(damage)
-    assert not caplog.messages
-    start()
-    # What calls a kernel holds it.
-    if name == 'outer':
-        (said,) = caplog.messages
-        assert 'cache of compiled kernels cannot be read' in said
-    assert start() == 0
-
-
-def test_without_a_folder_that_can_be_written_kernels_are_compiled_and_that_is_said_once(
-    monkeypatch, caplog
+def test_without_a_folder_that_can_be_written_kernels_are_compiled_and_that_is_said(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(FunctionCache._impl_class, '_locator_classes', [])
-    for each in ('_kernels', '_declared', '_ready'):
-        monkeypatch.setattr(module, each, [])
-    module._warn_uncached.cache_clear()
 
-    @kernel('i8')
+    @kernel()
     def made_up(number: int) -> int:
         return number + 1
 
-    @kernel()
-    def another(number: int) -> int:
-        return number
-
-    assert compile_kernels('test') == 1
     assert made_up(1) == 2
     (said,) = caplog.messages
     assert 'set NUMBA_CACHE_DIR' in said

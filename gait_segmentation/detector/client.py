@@ -4,18 +4,15 @@
 
 from __future__ import annotations
 
-import math
 import os
 import shutil
 import subprocess
 import sys
+import tempfile
 import threading
-from collections import deque
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
-from typing import IO, Any
 
 import cv2
 import numpy as np
@@ -38,7 +35,6 @@ _LARGEST_SIDE = 640
 _START_S = 60.0
 _MAP_S = 10.0
 _END_S = 2.0
-_PAUSE_S = 1.0
 
 
 class DetectorError(GaitSegmentationError):
@@ -77,27 +73,18 @@ class Detector:
     Where people are, by a network in a process of its own.
 
     The process is started with the first image, or before by :meth:`start`; should it end, it is
-    started again with the next one, by a clock not within a second if it has answered no image.
+    started again with the next one.
     """
 
-    def __init__(
-        self, python: str | None = None, clock: Callable[[], float] | None = None
-    ) -> None:
+    def __init__(self, python: str | None = None) -> None:
         """
         Find the Python to run it with; nothing is started.
 
         :param python: asked for by :func:`detector_python` if None.
-        :param clock: seconds that never go back; without, there is no pause before a new start.
         :raises ConfigError: if there is none.
         """
         self._python = python or detector_python()
         self._process: subprocess.Popen[bytes] | None = None
-        self._said: deque[str] = deque(maxlen=1)
-        self._listener: threading.Thread | None = None
-        self._clock = clock
-        self._answered = False
-        self._why, self._useless_s = '', -math.inf
-        """What was wrong last, and when it last ended without an answer to any image."""
 
     def __enter__(self) -> Detector:
         return self
@@ -109,39 +96,31 @@ class Detector:
         """
         Start the process, unless it runs, and wait until it can answer.
 
-        :raises DetectorError: if it does not, as without mediapipe; for a second after it has
-            ended without an answer to any image nothing is tried, and the same is said again.
+        :raises DetectorError: if it does not, as without mediapipe.
         """
         if self._process is not None:
             return
-        if self._clock is not None and self._clock() - self._useless_s < _PAUSE_S:
-            raise DetectorError(self._why)
-        self._answered = False
         environment = dict(os.environ)
         if self._python != sys.executable:
             # Of another Python, whose packages it may not have before its own.
             environment.pop('PYTHONPATH', None)
             environment.pop('PYTHONHOME', None)
-        pipe = subprocess.PIPE
+        # A file, which never has the process wait for somebody to read it.
+        self._said = tempfile.TemporaryFile()  # noqa: SIM115
         try:
             self._process = subprocess.Popen(
                 [self._python, str(_WORKER)],
-                stdin=pipe,
-                stdout=pipe,
-                stderr=pipe,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=self._said,
                 env=environment,
                 # Ctrl-C in a terminal is for whoever asks it.
                 start_new_session=True,
             )
         except OSError as error:
+            self._said.close()
             raise DetectorError(f'the detector cannot be run: {self._python}: {error}') from error
-        self._said.clear()
-        self._listener = threading.Thread(
-            target=self._listen, args=[self._process.stderr], name='detector', daemon=True
-        )
-        self._listener.start()
-        with self._answering(_START_S) as process:
-            _read(process.stdout, len(READY))
+        self._ask(b'', len(READY), _START_S)
 
     def map_of(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """
@@ -157,85 +136,57 @@ class Detector:
         height, width = (max(1, round(scale * side)) for side in image.shape[:2])
         rgb = cv2.cvtColor(shrink(image, (height, width)), cv2.COLOR_BGR2RGB)
         head = HEAD.pack(height, width)
-        with self._answering(_MAP_S) as process:
-            assert process.stdin is not None
-            process.stdin.write(head + rgb.tobytes())
-            process.stdin.flush()
-            if _read(process.stdout, HEAD.size) != head:
-                raise EOFError
-            values = _read(process.stdout, height * width)
-        self._answered = True
-        return np.frombuffer(values, np.uint8).reshape(height, width)
+        answer = self._ask(head + rgb.tobytes(), HEAD.size + height * width, _MAP_S)
+        return np.frombuffer(answer, np.uint8, offset=HEAD.size).reshape(height, width)
 
     def close(self) -> None:
         """End the process, if it runs."""
-        process, self._process = self._process, None
-        if process is None:
-            return
-        assert process.stdin is not None
-        # With which it ends by itself, in order.
-        with suppress(OSError):
-            process.stdin.close()
-        try:
-            process.wait(_END_S)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
-        if self._listener is not None:
-            self._listener.join(_END_S)
-        for stream in (process.stdout, process.stderr):
-            if stream is not None:
-                stream.close()
+        if self._process is not None:
+            self._end(self._process)
 
     reset = close
     """Forget what was seen."""
 
-    @contextmanager
-    def _answering(self, timeout_s: float) -> Iterator[subprocess.Popen[bytes]]:
-        """
-        Kill the process unless what is done with it is done in time.
+    def _end(self, process: subprocess.Popen[bytes]) -> str:
+        """End the process; return what it said last, or its exit code."""
+        self._process = None
+        # With the end of its input it ends by itself, in order.
+        try:
+            process.communicate(timeout=_END_S)
+        except (OSError, subprocess.TimeoutExpired):
+            process.kill()
+            process.wait()
+            for stream in (process.stdin, process.stdout):
+                with suppress(OSError):
+                    stream.close()  # type: ignore[union-attr]
+        with self._said:
+            self._said.seek(0)
+            said = self._said.read().decode(errors='replace').split('\n')
+        return next(filter(str.strip, reversed(said)), f'exit code {process.returncode}')
 
-        :raises DetectorError: if it ends meanwhile, with what it said last.
+    def _ask(self, question: bytes, count: int, timeout_s: float) -> bytes:
+        """
+        Return so many bytes that the process answers.
+
+        :raises DetectorError: if it ends or is late, with what it said last.
         """
         process = self._process
         assert process is not None
-        late = threading.Event()
-
-        def give_up() -> None:
-            late.set()
-            process.kill()
-
-        timer = threading.Timer(timeout_s, give_up)
-        timer.daemon = True
+        assert process.stdin is not None
+        assert process.stdout is not None
+        timer = threading.Timer(timeout_s, process.kill)
         timer.start()
         try:
-            yield process
-        except (OSError, EOFError) as error:
-            # Not to wait for what will never end by itself.
-            self.close()
-            why = f'no answer within {timeout_s:g} s' if late.is_set() else ''
-            why = why or (self._said[0] if self._said else f'exit code {process.returncode}')
-            self._why = f'the detector ({self._python}) has ended: {why}'
-            if self._clock is not None and not self._answered:
-                self._useless_s = self._clock()
-            raise DetectorError(self._why) from error
+            process.stdin.write(question)
+            process.stdin.flush()
+            answer = process.stdout.read(count)
+        except OSError:
+            answer = b''
         finally:
+            late = timer.finished.is_set()
             timer.cancel()
-
-    def _listen(self, stream: IO[bytes]) -> None:
-        """Keep what was said last, and have the process never wait for somebody to read it."""
-        for line in stream:
-            if text := line.decode(errors='replace').strip():
-                self._said.append(text)
-
-
-def _read(stream: Any, count: int) -> bytes:
-    """
-    Read so many bytes.
-
-    :raises EOFError: if there are no more.
-    """
-    data = bytes(stream.read(count))
-    if len(data) < count:
-        raise EOFError
-    return data
+        if len(answer) == count:
+            return answer
+        last = self._end(process)
+        why = f'no answer within {timeout_s:g} s' if late else last
+        raise DetectorError(f'the detector ({self._python}) has ended: {why}')

@@ -36,12 +36,10 @@ def shared_file(name: str) -> Path:
     :raises ConfigError: if it is nowhere; the message lists the places.
     """
     prefixes = [p for p in os.environ.get('AMENT_PREFIX_PATH', '').split(os.pathsep) if p]
-    here = Path(__file__).resolve()
     # pip --user and --target put data files beside the packages or one prefix up.
-    roots = [Path(prefix) for prefix in (*prefixes, sys.prefix)]
-    roots += [*here.parents[2:6]]
-    places = [root / 'share' / _PACKAGE / name for root in roots]
-    places.append(here.parents[2] / name)
+    tree, *above = Path(__file__).resolve().parents[2:6]
+    roots = [*map(Path, prefixes), Path(sys.prefix), tree, *above]
+    places = [*(root / 'share' / _PACKAGE / name for root in roots), tree / name]
     for place in places:
         if place.is_file():
             return place

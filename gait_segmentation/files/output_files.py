@@ -5,9 +5,8 @@
 from __future__ import annotations
 
 import os
-import threading
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 from gait_segmentation.errors import ConfigError
@@ -28,19 +27,16 @@ def keep_apart(outputs: Iterable[tuple[str, Path | None]], inputs: Iterable[Path
     :param inputs: files and folders that are read.
     :raises ConfigError: if an output is an input, lies in one or holds one, through links too.
     """
-    # Not by Path.resolve, which some versions of Python let fail at links in a circle.
-    read = [(path, Path(os.path.realpath(path))) for path in inputs]
+    read = [(path, path.resolve()) for path in inputs]
     for name, path in outputs:
         if path is None:
             continue
-        real = Path(os.path.realpath(path))
+        real = path.resolve()
         for given, source in read:
             if real == source or (path.exists() and given.exists() and path.samefile(given)):
                 how = 'is'
-            elif source in real.parents:
-                how = 'lies in'
-            elif real in source.parents:
-                how = 'holds'
+            elif source in real.parents or real in source.parents:
+                how = 'lies in' if source in real.parents else 'holds'
             else:
                 continue
             raise ConfigError(
@@ -70,22 +66,15 @@ def write_file(path: Path, data: bytes) -> None:
     """
     Write a file in one step: if that fails, what was there before is left, and nothing else.
 
-    What is no usual file, such as a device, is written to.
-
     :raises OSError: if it cannot be written; it has a ``filename``.
     """
-    with named(path):
-        if path.exists() and not path.is_file():
-            path.write_bytes(data)
-            return
-        part = path.with_name(f'.{path.name}.{os.getpid()}-{threading.get_ident()}.part')
-        try:
-            part.write_bytes(data)
-            part.replace(path)
-        except OSError as error:
-            # It is the file asked for that matters.
-            error.filename = str(path)
-            raise
-        finally:
-            with suppress(OSError):
-                part.unlink()
+    part = path.with_name(f'.{path.name}.{os.getpid()}.part')
+    try:
+        part.write_bytes(data)
+        part.replace(path)
+    except OSError as error:
+        # It is the file asked for that matters.
+        error.filename = str(path)
+        raise
+    finally:
+        part.unlink(missing_ok=True)

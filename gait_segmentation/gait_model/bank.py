@@ -29,7 +29,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import BankError
 from gait_segmentation.files.output_files import write_file
-from gait_segmentation.files.reading import regular
 
 FORMAT = 'gait_segmentation template bank'
 FORMAT_VERSION = 2
@@ -244,7 +243,7 @@ def _read_arrays(path: Path) -> dict[str, Any]:
     """Return all entries of a file."""
     try:
         # Opened here, because numpy leaves the file open if the archive is damaged.
-        with regular(path).open('rb') as file:
+        with Path(path).open('rb') as file:
             if not zipfile.is_zipfile(file):
                 raise BankError(f'{path} is not a bank: expected an .npz archive')
             file.seek(0)

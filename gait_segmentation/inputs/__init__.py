@@ -11,6 +11,7 @@ from typing import Any
 
 from gait_segmentation import MOST_PIXELS
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.files.image_files import IMAGE_SUFFIXES
 from gait_segmentation.inputs.bag import BagSource, is_bag
 from gait_segmentation.inputs.film import FilmSource, FolderSource
 from gait_segmentation.inputs.source import DamagedError, Frame, ImageSource, check_rate
@@ -28,6 +29,7 @@ def open_input(
     rate: float = 0.0,
     rotate: int = 0,
     max_pixels: int = MOST_PIXELS,
+    sample_bits: int = 16,
 ) -> ImageSource:
     """
     Open an input of whatever kind it is, and look at its first frame.
@@ -43,14 +45,10 @@ def open_input(
     :param rotate: degrees by which frames are turned clockwise, 0, 90, 180 or 270, before they are
         scaled; films of telephones, which say how they are to be turned, are without.
     :param max_pixels: how many a frame may have; one that claims more is not decoded.
+    :param sample_bits: of images of 16 bits that the camera uses, 8 to 16.
     :raises SequenceError: if the input is missing, holds no images, or has no such frames.
     """
     path = Path(path)
-    try:
-        str(path).encode()
-    except UnicodeEncodeError as error:
-        # OpenCV crashes.
-        raise SequenceError(f'{str(path)!a} is not UTF-8: rename it') from error
     if re.match(r'[a-z]+:/', str(path)) and not path.exists():
         raise SequenceError(
             f'{path} is an address and no file: fetch the film, or have a node publish the '
@@ -63,7 +61,7 @@ def open_input(
         )
     wanted: dict[str, Any] = {
         'width': width, 'start': start, 'count': count, 'rate': rate, 'rotate': rotate,
-        'max_pixels': max_pixels,
+        'max_pixels': max_pixels, 'sample_bits': sample_bits,
     }  # fmt: skip
     if path.exists() and is_bag(path):
         return BagSource(path, topic=topic, **wanted)
@@ -72,5 +70,6 @@ def open_input(
             f'{path} is no bag and has no topic {topic}: leave out --topic (topic:= of a launch '
             'file)'
         )
-    kind = FolderSource if path.is_dir() else FilmSource
+    images = path.is_dir() or path.suffix.lower() in IMAGE_SUFFIXES
+    kind = FolderSource if images else FilmSource
     return kind(path, **wanted)

@@ -5,71 +5,45 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from functools import cache, partial
+from contextlib import contextmanager
+from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import Any, NamedTuple
-from urllib.parse import quote
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError, not_installed
-from gait_segmentation.inputs.encodings import SampleBits, claimed_shape, read_image
-from gait_segmentation.inputs.source import (
-    DEFAULT_FPS,
-    DamagedError,
-    Entry,
-    ImageSource,
-    check_file,
-)
+from gait_segmentation.inputs.encodings import claimed_shape, read_image
+from gait_segmentation.inputs.source import DEFAULT_FPS, DamagedError, Entry, ImageSource
+
+if TYPE_CHECKING:
+    from rosbags.highlevel import AnyReader
 
 _STORAGE = ('.mcap', '.db3')
-_REMEDIES = {
-    '': 'ros2 bag reindex FOLDER',
-    '.bag': 'rosbag reindex FILE',
-    '.db3': 'sqlite3 FILE .recover | sqlite3 NEW, and ros2 bag reindex FOLDER',
-    '.zstd': 'zstd -d FILE',
-    '.mcap': 'mcap recover FILE -o NEW, and ros2 bag reindex FOLDER',
-}
-"""What mends a bag, by the ending of its files; of a folder whose metadata are missing first."""
-
-_ZSTD = b'\x28\xb5\x2f\xfd'
-"""How data that zstd has packed begins, and no message of ROS 2 does."""
-
 _IMAGE = 'sensor_msgs/msg/Image'
 _COMPRESSED = 'sensor_msgs/msg/CompressedImage'
+_MEND = 'mcap recover FILE, rosbag reindex FILE or ros2 bag reindex FOLDER mends what was cut off'
 _RATE_FRAMES = 60
 """Stamps that the rate is found from."""
 
 
 def is_bag(path: Path) -> bool:
     """Return whether a path looks like a bag: by its suffix, or by what the folder holds."""
-    if path.is_dir():
-        return (path / 'metadata.yaml').is_file() or bool(_storage_files(path))
-    return path.suffix == '.bag' or _is_storage(path)
-
-
-def _is_storage(path: Path) -> bool:
-    """Return whether a path looks like a file of a rosbag2, which may be packed as a whole."""
-    return path.name.removesuffix('.zstd').endswith(_STORAGE)
+    if not path.is_dir():
+        return path.suffix in ('.bag', *_STORAGE)
+    about = path / 'metadata.yaml'
+    # Folders of images may have metadata of their own.
+    return bool(_storage_files(path)) or (
+        about.is_file() and b'rosbag2_bagfile_information' in about.read_bytes()
+    )
 
 
 def _storage_files(path: Path) -> list[Path]:
-    """Return the files of a bag in the order they were written."""
     if not path.is_dir():
         return [path]
-    # NAME_2 comes before NAME_10.
-    files = {p.name.removesuffix('.zstd'): p for p in path.iterdir() if _is_storage(p)}
-    return [files[name] for name in sorted(files, key=lambda name: (len(name), name))]
-
-
-class _UriPath(type(Path())):  # type: ignore[misc]
-    """A path that rosbags may format into the URI by which SQLite opens a file."""
-
-    def __format__(self, _: str) -> str:
-        return quote(str(self))
+    return [each for each in path.iterdir() if each.name.removesuffix('.zstd').endswith(_STORAGE)]
 
 
 class Topic(NamedTuple):
@@ -83,11 +57,12 @@ class BagSource(ImageSource):
     """
     The images on one topic of a bag, with the stamps of their headers.
 
-    One whose recording was cut off, so that index or metadata are missing, is to be mended first.
+    One whose recording was cut off, so that index, metadata or the log of SQLite are missing, is
+    to be mended first.
     """
 
     read = staticmethod(read_image)
-    """Decodes a message, given the pixels it may have and the bits of those before."""
+    """Decodes a message, given the pixels it may have and the bits of those of 16."""
 
     def __init__(self, path: Path, *, topic: str = '', **wanted: Any) -> None:
         """
@@ -102,7 +77,6 @@ class BagSource(ImageSource):
             raise SequenceError(f'{path} is a bag, and its images have stamps: leave out --rate')
         try:
             # Of the extra ``tools``.
-            import mcap  # noqa: F401
             import rosbags  # noqa: F401
         except ModuleNotFoundError as error:
             raise SequenceError(f'{path} is a bag: {not_installed(str(error.name))}') from error
@@ -111,10 +85,13 @@ class BagSource(ImageSource):
 
     def open(self) -> int | None:
         """Find the topic."""
-        # The metadata may name any of them.
-        for file in self.path.iterdir() if self.path.is_dir() else ():
-            if not file.is_dir():
-                check_file(file)
+        for file in _storage_files(self.path):
+            log = file.with_name(f'{file.name}-wal')
+            if log.exists() and log.stat().st_size:
+                raise SequenceError(
+                    f'{file}: its recorder was killed, and its last messages are only in '
+                    f"{log.name}; put them in: sqlite3 FILE 'PRAGMA wal_checkpoint(TRUNCATE)'"
+                )
         topics = self._topics()
         self.topic = _chosen(self.path, topics, self.topic)
         self._kind = topics[self.topic].kind
@@ -134,7 +111,6 @@ class BagSource(ImageSource):
 
     def entries(self) -> Iterator[Entry]:
         """Yield all images of the topic."""
-        self._bits = SampleBits()
         read = 0
         with self._reader() as reader:
             wanted = [each for each in reader.connections if each.topic == self.topic]
@@ -143,7 +119,7 @@ class BagSource(ImageSource):
             problem: Exception | None = None
             while True:
                 try:
-                    _, recorded_ns, data = next(messages)
+                    connection, recorded_ns, data = next(messages)
                 except StopIteration:
                     break
                 except Exception as error:
@@ -151,50 +127,37 @@ class BagSource(ImageSource):
                     problem = error
                     break
                 read += 1
-                yield self._entry(recorded_ns, data)
+                yield self._entry(reader, connection.msgtype, recorded_ns, data)
         # Damaged places inside of chunks are skipped by rosbags.
         if problem is not None or read < expected:
             why = '' if problem is None else f' ({problem!r})'
             raise DamagedError(
                 f'{self.path} is damaged: {read} of {expected} images on {self.topic} can be '
-                f'read{why}; mend it: {self._remedy()}'
+                f'read{why}; {_MEND}'
             ) from problem
 
-    def _entry(self, recorded_ns: int, data: bytes) -> Entry:
+    def _entry(self, reader: AnyReader, kind: str, recorded_ns: int, data: bytes) -> Entry:
         try:
-            message = self._deserialized(data)
-        except InputError as error:
+            message: Any = reader.deserialize(data, kind)
+        except Exception as problem:
+            # rosbags raises whatever the data made of it.
+            error = InputError(f'the message cannot be read ({problem!r})')
             return Entry(0, recorded_ns, '', partial(_fail, error))
         stamp = message.header.stamp
         header_ns = int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
-        decode = partial(self.read, message, self._max_pixels, self._bits)
+        decode = partial(self.read, message, self._max_pixels, self._sample_bits)
         shape = claimed_shape(message) or (0, 0)
         return Entry(header_ns, recorded_ns, message.header.frame_id, decode, shape)
 
-    def _deserialized(self, data: bytes) -> Any:
-        try:
-            if self.path.suffix == '.bag':
-                return _types('ROS1_NOETIC').deserialize_ros1(data, self._kind)
-            return _types('ROS2_JAZZY').deserialize_cdr(_unpacked(data), self._kind)
-        except Exception as error:
-            # rosbags raises whatever the data made of it.
-            raise InputError(f'the message cannot be read ({error!r})') from error
-
     @contextmanager
-    def _reader(self) -> Iterator[Any]:
-        from rosbags.rosbag1 import Reader as Reader1
-        from rosbags.rosbag2 import Reader as Reader2
+    def _reader(self) -> Iterator[AnyReader]:
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_typestore
 
-        reader = Reader1(self.path) if self.path.suffix == '.bag' else Reader2(self.path)
-        if isinstance(reader, Reader2):
-            reader.storage.path = _UriPath(self.path)
-        try:
-            reader.open()
+        # Old recordings of ROS 2 do not say what their messages are.
+        types = get_typestore(Stores.ROS2_JAZZY)
+        with AnyReader([self.path], default_typestore=types) as reader:
             yield reader
-        finally:
-            # Also if it cannot be opened, for which rosbags may leave files open.
-            with suppress(Exception):
-                reader.close()
 
     def _topics(self) -> dict[str, Topic]:
         try:
@@ -206,27 +169,20 @@ class BagSource(ImageSource):
                 return found
         except Exception as error:
             # rosbags and SQLite raise whatever the damage made of it.
-            raise SequenceError(
-                f'{self.path} cannot be read as a bag: {error}; mend it: {self._remedy()}'
-            ) from error
-
-    def _remedy(self) -> str:
-        """Return the command that mends the bag."""
-        if self.path.is_dir() and not (self.path / 'metadata.yaml').is_file():
-            return _REMEDIES['']
-        if self.path.suffix == '.zstd':
-            return _REMEDIES['.zstd']
-        names = [each.name.removesuffix('.zstd') for each in _storage_files(self.path)]
-        return _REMEDIES[Path(names[0]).suffix if names else '']
+            why = f'{str(error) or repr(error)}; {_MEND}'
+            if any(
+                each.suffix == '.mcap' and _is_ros1(each) for each in _storage_files(self.path)
+            ):
+                why = 'MCAP with messages of ROS 1, of which only .bag is read'
+            elif self.path.is_dir() and not (self.path / 'metadata.yaml').is_file():
+                why = 'its metadata.yaml is missing: ros2 bag reindex FOLDER makes it'
+            raise SequenceError(f'{self.path} cannot be read as a bag: {why}') from error
 
 
-def _unpacked(data: bytes) -> bytes:
-    """Return a message as it was before rosbag2 packed it, of which only its metadata tells."""
-    if data[:4] != _ZSTD:
-        return data
-    import zstandard
-
-    return zstandard.ZstdDecompressor().decompressobj().decompress(data)
+def _is_ros1(path: Path) -> bool:
+    """Tell whether a file of MCAP says at its beginning that it is of ROS 1."""
+    with path.open('rb') as file:
+        return b'ros1' in file.read(64)
 
 
 def _fail(error: InputError) -> NDArray[np.uint8]:
@@ -268,11 +224,3 @@ def _listed(topics: dict[str, Topic]) -> str:
 
 def _about(topic: Topic) -> str:
     return f'{topic.kind}' + ('' if topic.messages is None else f', {topic.messages} messages')
-
-
-@cache
-def _types(store: str) -> Any:
-    """Return types of messages: images mean the same in every distribution of ROS 1 and ROS 2."""
-    from rosbags.typesys import Stores, get_typestore
-
-    return get_typestore(Stores[store])

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation import MOST_PIXELS
 from gait_segmentation.errors import InputError
-from gait_segmentation.files.encoded_images import check_pixels, decode_image
+from gait_segmentation.files.image_files import check_pixels, decode_image
 from gait_segmentation.heat_maps import heat_map_of
 
 ImageLike: TypeAlias = Any
@@ -78,45 +78,34 @@ ENCODINGS: dict[str, Encoding] = {
     **{f'bayer_{pattern}8': Encoding(1, code) for pattern, code in _BAYER.items()},
     **{f'bayer_{pattern}16': Encoding(1, code, 2) for pattern, code in _BAYER.items()},
 }
-"""The encodings that can be read; 8UC3 is taken for BGR, and 16 bits for their upper 8 used."""
-
-_LEAST_BITS = 10
-"""Of cameras that send 16."""
+"""The encodings that can be read; 8UC3 is taken for BGR, and of 16 bits the upper 8 used are."""
 
 _FLOATS = Encoding(1, None, 4)
 """``32FC1``, which no image of a camera has: heat maps and depths."""
 
 
-class SampleBits:
+def upper_bits(samples: NDArray[np.uint16], bits: int = 16) -> NDArray[np.uint8]:
     """
-    How many bits the samples of a stream of 16-bit images use, learnt from the largest so far.
+    Return the upper 8 of the bits that an image of 16 uses, any shape.
 
-    Cameras of 10, 12 or 14 bits send them as 16, the upper ones zero.  What was learnt only grows,
-    three times at most, so that the brightness of a stream does not flicker.
+    :param bits: of a sample that the camera uses, 8 to 16: some send 10, 12 or 14 as 16, the upper
+        ones zero.
     """
+    return np.minimum(samples >> (bits - 8), 255).astype(np.uint8)
 
-    def __init__(self) -> None:
-        """Begin with the fewest bits."""
-        self.bits = _LEAST_BITS
 
-    def upper(self, samples: NDArray[np.uint16]) -> NDArray[np.uint8]:
-        """Return the upper 8 of the bits used of an image, any shape; learn from it before."""
-        needed = int(samples.max(initial=0)).bit_length()
-        self.bits = max(self.bits, needed + needed % 2)
-        return (samples >> (self.bits - 8)).astype(np.uint8)
+def in_8_bits(image: NDArray[Any], name: str, bits: int = 16) -> NDArray[np.uint8]:
+    """
+    Return a decoded image in 8 bits, see :func:`upper_bits`.
 
-    def of(self, image: NDArray[np.uint8] | NDArray[np.uint16], name: str) -> NDArray[np.uint8]:
-        """
-        Return an image that was decoded in 8 bits.
-
-        :param name: what errors call it.
-        :raises InputError: if it has neither 8 nor 16.
-        """
-        if image.dtype == np.uint8:
-            return image.view(np.uint8)
-        if image.dtype != np.uint16:
-            raise InputError(f'{name} must have 8 or 16 bits, got {image.dtype}')
-        return self.upper(image.view(np.uint16))
+    :param name: what errors call it.
+    :raises InputError: if it has neither 8 nor 16.
+    """
+    if image.dtype == np.uint16:
+        return upper_bits(image, bits)
+    if image.dtype != np.uint8:
+        raise InputError(f'{name} must have 8 or 16 bits, got {image.dtype}')
+    return image
 
 
 def pixels(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uint8] | NDArray[np.uint16]:
@@ -168,14 +157,12 @@ def _samples(message: ImageLike, encoding: Encoding, kind: str, most: int) -> ND
     return np.ndarray(shape[:axes], sample, data.data, 0, strides[:axes])
 
 
-def read_bgr(
-    message: ImageLike, most: int = MOST_PIXELS, bits: SampleBits | None = None
-) -> NDArray[np.uint8]:
+def read_bgr(message: ImageLike, most: int = MOST_PIXELS, bits: int = 16) -> NDArray[np.uint8]:
     """
     Read an image of any supported encoding as BGR.
 
     :param most: pixels it may have.
-    :param bits: of the stream that it belongs to; without, all 16 bits are taken to be used.
+    :param bits: that samples of 16 use, see :func:`upper_bits`.
     :returns: (height, width, 3) uint8, contiguous; an alias of the message where it is
         ``bgr8`` without padding.
     :raises InputError: see :func:`pixels`; also if the size does not suit the encoding.
@@ -183,8 +170,7 @@ def read_bgr(
     view = pixels(message, most)
     encoding = ENCODINGS[message.encoding]
     if encoding.sample_bytes == 2:
-        wide = view.astype(np.uint16, copy=False)
-        view = (wide >> 8).astype(np.uint8) if bits is None else bits.upper(wide)
+        view = upper_bits(view.astype(np.uint16, copy=False), bits)
     if encoding.to_bgr is None:
         return np.ascontiguousarray(view)
     if (encoding.channels == 2 or encoding.chroma_rows) and message.width % 2:
@@ -232,29 +218,23 @@ def read_heat_map(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uin
 
 
 def read_compressed(
-    message: CompressedImageLike, most: int = MOST_PIXELS, bits: SampleBits | None = None
+    message: CompressedImageLike, most: int = MOST_PIXELS, bits: int = 16
 ) -> NDArray[np.uint8]:
     """
     Decode a compressed image, such as a JPEG or PNG.
 
     :param most: pixels it may have.
-    :param bits: of the stream that it belongs to; without, all bits are taken to be used.
+    :param bits: that samples of 16 use, see :func:`upper_bits`.
     :returns: (height, width, 3) uint8 BGR.
     :raises InputError: if it cannot be decoded, or claims more pixels.
     """
-    flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
-    image = decode_image(
-        np.frombuffer(message.data, np.uint8),
-        flags if bits is None else flags | cv2.IMREAD_ANYDEPTH,
-        name=f'compressed image of format {message.format[:_SHOWN]!r}',
-        most=most,
-    )
-    return image if bits is None else bits.of(image, 'compressed image')
+    name = f'compressed image of format {message.format[:_SHOWN]!r}'
+    flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION | cv2.IMREAD_ANYDEPTH
+    image = decode_image(np.frombuffer(message.data, np.uint8), flags, name=name, most=most)
+    return in_8_bits(image, name, bits)
 
 
-def read_image(
-    message: Any, most: int = MOST_PIXELS, bits: SampleBits | None = None
-) -> NDArray[np.uint8]:
+def read_image(message: Any, most: int = MOST_PIXELS, bits: int = 16) -> NDArray[np.uint8]:
     """Return a raw or compressed image; see :func:`read_bgr` and :func:`read_compressed`."""
     read = read_bgr if hasattr(message, 'encoding') else read_compressed
     return read(message, most, bits)

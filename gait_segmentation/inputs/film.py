@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+import logging
+import mmap
+from collections import Counter
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -13,13 +16,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError
-from gait_segmentation.files.encoded_images import check_pixels, is_image
-from gait_segmentation.files.image_files import IMAGE_SUFFIXES, images_in, read_image
+from gait_segmentation.files.image_files import (
+    IMAGE_SUFFIXES,
+    check_pixels,
+    images_in,
+    read_image,
+)
 from gait_segmentation.files.output_files import film_name
-from gait_segmentation.inputs.encodings import SampleBits
+from gait_segmentation.inputs.encodings import in_8_bits
 from gait_segmentation.inputs.source import DEFAULT_FPS, MOST_FRAMES, Entry, ImageSource
 
+_LOGGER = logging.getLogger('gait_segmentation')
 _FRAME_ID = 'camera'
+_MP4_BEGINS = (b'ftyp', b'wide', b'free', b'mdat')
 _OFF = 0.5
 """Periods by which a frame's own time may differ from the rate before it is believed instead."""
 
@@ -29,40 +38,11 @@ def _stamp_ns(number: int, fps: float) -> int:
     return round((number + 1) * 1e9 / fps)
 
 
-class _Times:
-    """
-    Stamps of the frames of a film: of the rate, or of the film's own times where they differ.
-
-    Films of telephones have uneven frames, and some containers claim the rate of half frames.
-    """
-
-    def __init__(self, fps: float) -> None:
-        self._fps = fps
-        self._first_ms: float | None = None
-        self._last_ns = 0
-
-    def stamp_ns(self, number: int, own_ms: float) -> int:
-        """Return the stamp of the next frame; they always ascend."""
-        if self._first_ms is None:
-            self._first_ms = own_ms
-        stamp_ns = _stamp_ns(number, self._fps)
-        own_ns = round(1e6 * (own_ms - self._first_ms) + 1e9 / self._fps)
-        if abs(own_ns - stamp_ns) > _OFF * 1e9 / self._fps and own_ns > self._last_ns:
-            stamp_ns = own_ns
-        self._last_ns = max(stamp_ns, self._last_ns + 1)
-        return self._last_ns
-
-
 class FilmSource(ImageSource):
     """A film file; ``fps`` is what it says, 30 if it says nothing sensible."""
 
     def open(self) -> int | None:
         """Open the film once."""
-        with self.path.open('rb') as file:
-            image = is_image(file.read(12))
-        if image:
-            # A film as well, but decoded without a limit as soon as it is opened as such.
-            read_image(self.path, max_pixels=self._max_pixels)
         capture = self._capture()
         opened = capture.isOpened()
         self._fps = float(capture.get(cv2.CAP_PROP_FPS))
@@ -76,15 +56,25 @@ class FilmSource(ImageSource):
         width, height = (int(capture.get(side)) for side in sides)
         capture.release()
         if not opened:
-            raise SequenceError(
-                f'{self.path} cannot be read as a film: it is none, or OpenCV lacks its codec'
-            )
+            raise SequenceError(f'{self.path} cannot be read as a film: {self._why_closed()}')
         try:
             check_pixels((width, height), self._max_pixels)
         except InputError as error:
             raise SequenceError(f'{self.path}: {error}') from error
         # A hint: films are trimmed without being encoded anew, and some formats only estimate.
         return claimed if 0 < claimed <= MOST_FRAMES else None
+
+    def _why_closed(self) -> str:
+        """Return what is wrong with what OpenCV cannot open."""
+        with self.path.open('rb') as file:
+            if file.read(8)[4:] in _MP4_BEGINS:
+                with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+                    if data.find(b'moov') < 0:
+                        return (
+                            'the recording was cut off before it was finished: its index (moov '
+                            'atom), which is written last, is missing; record or copy it anew'
+                        )
+        return 'it is none, or OpenCV lacks its codec'
 
     def _capture(self) -> cv2.VideoCapture:
         capture = cv2.VideoCapture(film_name(self.path))
@@ -103,14 +93,22 @@ class FilmSource(ImageSource):
         capture = self._capture()
         fps = self.rate()
         number = 0
-        times = _Times(fps)
-        own = not self._rate
+        first_ns = last_ns = 0
         try:
             # Not by seeking: that lands on another frame in films with few key frames.
             while capture.grab():
                 stamp_ns = _stamp_ns(number, fps)
-                if own:
-                    stamp_ns = times.stamp_ns(number, capture.get(cv2.CAP_PROP_POS_MSEC))
+                # Films of telephones have uneven frames, and some containers claim the rate of
+                # half frames.
+                own_ns = round(1e6 * capture.get(cv2.CAP_PROP_POS_MSEC)) + _stamp_ns(0, fps)
+                if not number and hasattr(cv2, 'CAP_PROP_PTS'):
+                    # OpenCV counts its times from the first frame, which may have a clock's.
+                    first_ns = max(0, round(1e9 * capture.get(cv2.CAP_PROP_PTS) / fps))
+                differs = abs(own_ns - stamp_ns) > _OFF * 1e9 / fps
+                if not self._rate:
+                    believed = differs and first_ns + own_ns > last_ns
+                    stamp_ns = first_ns + (own_ns if believed else stamp_ns)
+                last_ns = stamp_ns = max(stamp_ns, last_ns + 1)
                 yield Entry(stamp_ns, stamp_ns, _FRAME_ID, partial(_retrieve, capture))
                 number += 1
             if not number:
@@ -123,16 +121,25 @@ class FilmSource(ImageSource):
 
 
 class FolderSource(ImageSource):
-    """A folder of images in the order of the numbers in their names, 30 a second if not asked."""
+    """An image, or a folder of them in the order of the numbers in their names; 30 a second."""
 
     def open(self) -> int:
         """List the images."""
-        self._files = images_in(self.path)
+        self._files = images_in(self.path) if self.path.is_dir() else [self.path]
         if not self._files:
             raise SequenceError(
                 f'{self.path} holds no images ({", ".join(IMAGE_SUFFIXES)}) and no bag'
             )
+        others = Counter(each.suffix or each.name for each in self._others())
+        if others:
+            listed = ', '.join(f'{count} {suffix}' for suffix, count in others.items())
+            _LOGGER.warning('%s: skipped what is no image that is read: %s', self.path, listed)
         return len(self._files)
+
+    def _others(self) -> Iterator[Path]:
+        for each in self.path.iterdir() if self.path.is_dir() else ():
+            if each.suffix.lower() not in IMAGE_SUFFIXES and each.is_file():
+                yield each
 
     def rate(self) -> float:
         """Return what was asked for, or the default: a folder says nothing."""
@@ -140,14 +147,13 @@ class FolderSource(ImageSource):
 
     def entries(self) -> Iterator[Entry]:
         """Yield all frames."""
-        bits = SampleBits()
         for number, path in enumerate(self._files):
             stamp_ns = _stamp_ns(number, self.rate())
-            decode = partial(_read, path, self._max_pixels, bits)
+            decode = partial(_read, path, self._max_pixels, self._sample_bits)
             yield Entry(stamp_ns, stamp_ns, _FRAME_ID, decode)
 
 
-def _read(path: Path, max_pixels: int, bits: SampleBits) -> NDArray[np.uint8]:
+def _read(path: Path, max_pixels: int, bits: int) -> NDArray[np.uint8]:
     """
     Read an image of a folder.
 
@@ -157,7 +163,7 @@ def _read(path: Path, max_pixels: int, bits: SampleBits) -> NDArray[np.uint8]:
         image = read_image(path, cv2.IMREAD_COLOR | cv2.IMREAD_ANYDEPTH, max_pixels)
     except SequenceError as error:
         raise InputError(str(error)) from error
-    return bits.of(image, str(path))
+    return in_8_bits(image, str(path), bits)
 
 
 def _retrieve(capture: cv2.VideoCapture) -> NDArray[np.uint8]:

@@ -32,10 +32,11 @@ class HeatMapBag(BagSource):
     """The heat maps on a topic of a bag."""
 
     @staticmethod
-    def read(message: Any, most: int = MOST_PIXELS, bits: Any = None) -> NDArray[np.uint8]:
+    def read(message: Any, most: int = MOST_PIXELS, bits: int = 16) -> NDArray[np.uint8]:
         """Decode a message that is raw or compressed."""
-        raw = hasattr(message, 'encoding')
-        return (encodings.read_heat_map if raw else encodings.read_compressed)(message, most)
+        if hasattr(message, 'encoding'):
+            return encodings.read_heat_map(message, most)
+        return encodings.read_compressed(message, most, bits)
 
 
 def open_heat_maps(place: str, path: Path, max_pixels: int = MOST_PIXELS) -> RecordedMaps:

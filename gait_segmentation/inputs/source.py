@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -15,7 +16,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation import MOST_PIXELS
 from gait_segmentation.errors import InputError, SequenceError
-from gait_segmentation.files.reading import regular
 from gait_segmentation.images import shrink
 
 Shape = tuple[int, int]
@@ -82,18 +82,6 @@ def check_rate(rate: float) -> None:
         raise SequenceError(f'rate must be 0, or from {low:g} to {high:g} Hz, got {rate:g}')
 
 
-def check_file(path: Path) -> None:
-    """
-    Refuse what would block whoever opens it.
-
-    :raises SequenceError: if it is no file, or missing.
-    """
-    try:
-        regular(path)
-    except OSError as error:
-        raise SequenceError(f'{path} cannot be read: {error.strerror}') from error
-
-
 class ImageSource(ABC):
     """
     An input that can be read from its beginning as often as one likes.
@@ -113,6 +101,7 @@ class ImageSource(ABC):
         rate: float = 0.0,
         rotate: int = 0,
         max_pixels: int = MOST_PIXELS,
+        sample_bits: int = 16,
     ) -> None:
         """
         Look at the first frame; the parameters are those of :func:`open_input`.
@@ -126,12 +115,14 @@ class ImageSource(ABC):
         self._rate = rate
         self._rotate = rotate
         self._max_pixels = max_pixels
+        self._sample_bits = sample_bits
         check_rate(rate)
         for name, value, least, most in (
             ('start', start, 0, MOST_FRAMES),
             ('count', count, 1, MOST_FRAMES),
             ('width', width, 0, _MOST_WIDTH),
             ('max_pixels', max_pixels, 1, _MOST_PIXELS),
+            ('sample_bits', sample_bits, 8, 16),
         ):
             if value is not None and not least <= value <= most:
                 raise SequenceError(f'{name} must be from {least} to {most}, got {value}')
@@ -139,8 +130,8 @@ class ImageSource(ABC):
             raise SequenceError(f'rotate must be 0, 90, 180 or 270, got {rotate}')
         if not path.exists():
             raise SequenceError(f'{path} does not exist')
-        if not path.is_dir():
-            check_file(path)
+        if not os.access(path, os.R_OK):
+            raise SequenceError(f'{path} cannot be read: permission denied')
         number = self.open()
         self.total = None if number is None else max(number - start, 0)
         if count is not None:

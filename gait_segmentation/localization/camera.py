@@ -182,6 +182,11 @@ def read_camera(
             'the distortion_model of camera_info must be plumb_bob or rational_polynomial, got '
             f'{message.distortion_model[:40]!r}: rectify the images, and set rectified'
         )
+    if not any(matrix):
+        raise InputError(
+            f'the camera is not calibrated (camera_info has {"P" if rectified else "K"} of '
+            'zeros): calibrate it, such as with camera_calibration, and have its driver load that'
+        )
     size = message.width, message.height
     across = float(matrix[0]), float(matrix[2])
     down = float(matrix[columns + 1]), float(matrix[columns + 2])

@@ -14,7 +14,7 @@ from sensor_msgs.msg import Image, RegionOfInterest
 from gait_segmentation.config import StageConfig
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.geometry import Box
-from gait_segmentation.inputs.encodings import SampleBits, claimed_shape, read_image
+from gait_segmentation.inputs.encodings import claimed_shape, read_image
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
 from gait_segmentation.ros.endpoints import BEST_EFFORT, LATCHED, subscribe
@@ -56,7 +56,6 @@ class CameraNode(GaitNode):
         # First, so that it is known to a matcher before the likelihoods are.
         self._size = self.output(RegionOfInterest, 'image_size', LATCHED)
         self.tracks = ()
-        self._bits = SampleBits()
         self.maps = MapIntake(self.stage.add_heat_map, self.warnings.warn)
         self.intake = Intake(
             reset=super().start_over,
@@ -75,7 +74,8 @@ class CameraNode(GaitNode):
         :raises InputError: if it cannot be read.
         """
         message, before = frame['image'], self.intake.shape
-        image = read_image(message, self.parameters.get(CameraConfig).max_pixels, self._bits)
+        camera = self.parameters.get(CameraConfig)
+        image = read_image(message, camera.max_pixels, camera.sample_bits)
         stamp_ns = stamp_of(message.header)
         self.enter(stamp_ns)
         self.intake.take(image, stamp_ns)

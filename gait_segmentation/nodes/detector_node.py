@@ -13,7 +13,7 @@ from typing import Any
 from sensor_msgs.msg import Image
 
 from gait_segmentation.detector.client import Detector
-from gait_segmentation.inputs.encodings import SampleBits, read_image
+from gait_segmentation.inputs.encodings import read_image
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import image_message
 from gait_segmentation.ros.running import run_node
@@ -35,9 +35,8 @@ class DetectorNode(GaitNode):
 
     def build(self) -> None:
         """Start the network, so that a node that is active can answer, and make the publisher."""
-        self.stage = Detector(clock=time.monotonic)
+        self.stage = Detector()
         self.stage.start()
-        self._bits = SampleBits()
         self._heat_map = self.output(Image, 'heat_map')
 
     def release(self) -> None:
@@ -57,8 +56,8 @@ class DetectorNode(GaitNode):
     def process(self, frame: Parts) -> None:
         """Publish the map of an image."""
         message = frame['image']
-        most = self.parameters.get(CameraConfig).max_pixels
-        image = read_image(message, most, self._bits)
+        camera = self.parameters.get(CameraConfig)
+        image = read_image(message, camera.max_pixels, camera.sample_bits)
         self.enter(stamp_of(message.header))
         self._heat_map.publish(image_message(self.stage.map_of(image), message.header))
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import Image, RegionOfInterest
 from std_msgs.msg import Header
 
-from gait_segmentation.files.encoded_images import check_pixels
+from gait_segmentation.files.image_files import check_pixels
 from gait_segmentation.inputs.encodings import claimed_shape
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 from geometry_msgs.msg import PolygonInstanceStamped
 from sensor_msgs.msg import Image, JointState
 
-from gait_segmentation.inputs.encodings import SampleBits, claimed_shape, read_image, read_mono8
+from gait_segmentation.inputs.encodings import claimed_shape, read_image, read_mono8
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pictures import segmentation_picture
 from gait_segmentation.ros.lifecycle import GaitNode
@@ -54,15 +54,14 @@ class SegmenterNode(GaitNode):
         people = self.parameters.get(PeopleConfig)
         self.stage = PeopleSegmenter(config, max_people=self.slots, threads=people.people_threads)
         self._shape: tuple[int, int] | None = None
-        self._bits = SampleBits()
         self._results = Outputs(self, mask_topics(self.slots))
         self._debug = Outputs(self, picture_topics())
 
     def process(self, frame: Parts) -> None:
         """Segment a frame."""
         header = frame['image'].header
-        most = self.parameters.get(CameraConfig).max_pixels
-        image = read_image(frame['image'], most, self._bits)
+        camera = self.parameters.get(CameraConfig)
+        image = read_image(frame['image'], camera.max_pixels, camera.sample_bits)
         shape = (image.shape[0], image.shape[1])
         self.enter(stamp_of(header))
         if self._shape not in (None, shape):

@@ -21,7 +21,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import GaitSegmentationError
-from gait_segmentation.files.reading import regular
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.kernels import kernel
 
@@ -160,7 +159,7 @@ class Vocabulary:
         """
         name = os.fspath(path)
         try:
-            entries = json.loads(regular(path).read_text(encoding='utf-8'))
+            entries = json.loads(Path(path).read_text(encoding='utf-8'))
         except OSError as error:
             reason = error.strerror or str(error)
             raise VocabularyError(f'cannot read the vocabulary {name}: {reason}') from error

@@ -71,6 +71,14 @@ class CameraConfig(StageConfig):
         minimum=1,
         maximum=1 << 30,
     )
+    sample_bits: int = parameter(
+        16,
+        'Bits of a sample that the camera uses in images of 16: some send 10, 12 or 14 as 16, and '
+        'the images are too dark otherwise.',
+        unit='bits',
+        minimum=8,
+        maximum=16,
+    )
 
 
 @dataclass(frozen=True)

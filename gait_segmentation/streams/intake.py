@@ -176,8 +176,10 @@ def read_detections(message: Any, config: StartConfig) -> list[Box]:
             float(result.hypothesis.score)
             for result in detection.results
             if config.detection_class in ('', result.hypothesis.class_id)
+            # Nor is one that is no number.
+            and result.hypothesis.score >= config.detection_score
         ]
-        if not scores or max(scores) < config.detection_score:
+        if not scores:
             continue
         center, box = detection.bbox.center.position, detection.bbox
         try:

@@ -45,7 +45,7 @@ class ExactJoin:
     def reset(self) -> None:
         """Drop what waits, without counting it."""
         self._entries: dict[int, dict[str, Any]] = {}
-        self._given_up: deque[int] = deque(maxlen=self.capacity)
+        self._given_up: deque[int] = deque(maxlen=10 * self.capacity)
         self._come: set[str] = set()
         self._early: set[int] = set()
 

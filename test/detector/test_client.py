@@ -5,9 +5,7 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -17,8 +15,6 @@ from gait_segmentation.detector import client
 from gait_segmentation.detector.client import PYTHON, Detector, DetectorError, detector_python
 from gait_segmentation.errors import ConfigError, InputError
 from test.detectors import ENDLESS, FATAL, fake_python, image
-
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
@@ -54,22 +50,6 @@ def test_one_that_has_ended_says_why_and_is_started_again(python: str) -> None:
         assert detector.map_of(image()).any()
 
 
-def test_by_a_clock_one_that_ends_at_its_first_image_is_left_alone_for_a_second(
-    python: str,
-) -> None:
-    now_s = 5.0
-    with Detector(python, clock=lambda: now_s) as detector:
-        for first, later_s in ((FATAL, 0.9), ((0, 0, 0), 0.2)):
-            with pytest.raises(DetectorError, match='has ended: out of memory'):
-                detector.map_of(image(first))
-            now_s += later_s
-        assert detector.map_of(image()).any()
-        # Not one that has answered.
-        with pytest.raises(DetectorError, match='has ended: out of memory'):
-            detector.map_of(image(FATAL))
-        assert detector.map_of(image()).any()
-
-
 def test_one_that_does_not_answer_is_ended(python: str, monkeypatch) -> None:
     monkeypatch.setattr(client, '_MAP_S', 0.5)
     with Detector(python) as detector, pytest.raises(DetectorError, match=r'within 0\.5 s'):
@@ -90,31 +70,6 @@ def test_what_is_no_python_is_said(tmp_path: Path) -> None:
     (tmp_path / 'python').chmod(0o755)
     with pytest.raises(DetectorError, match='cannot be run'):
         Detector(str(tmp_path / 'python')).start()
-
-
-def test_it_ends_with_who_started_it(python: str) -> None:
-    program = """
-import os, signal, sys
-from gait_segmentation.detector.client import Detector
-detector = Detector(sys.argv[1])
-detector.start()
-print(detector._process.pid, flush=True)
-os.kill(os.getpid(), signal.SIGKILL)
-"""
-    command = [sys.executable, '-c', program, python]
-    worker = int(subprocess.run(command, cwd=ROOT, capture_output=True, text=True).stdout)
-    deadline = time.monotonic() + 60
-    while is_alive(worker):
-        assert time.monotonic() < deadline
-        time.sleep(0.02)
-
-
-def is_alive(process: int) -> bool:
-    try:
-        about = Path(f'/proc/{process}/stat').read_text()
-    except OSError:
-        return False
-    return about.rpartition(')')[2].split()[0] != 'Z'
 
 
 def test_the_python_is_the_one_asked_for_or_has_mediapipe(tmp_path: Path, monkeypatch) -> None:

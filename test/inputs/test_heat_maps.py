@@ -70,10 +70,3 @@ def test_what_is_no_map_is_refused_when_it_is_read(tmp_path):
     assert first().shape == (4, 6)
     with pytest.raises(InputError, match='must be mono8, 8UC1, mono16 or 32FC1'):
         second()
-
-
-def test_maps_have_no_more_pixels_than_are_allowed(tmp_path):
-    cv2.imwrite(str(tmp_path / '0000.png'), np.zeros((4, 6), np.uint8))
-    assert shown(open_heat_maps(str(tmp_path), tmp_path, 24), 0) == [(stamp(0), 0)]
-    with pytest.raises(SequenceError, match='at most 23 pixels'):
-        shown(open_heat_maps(str(tmp_path), tmp_path, 23), 0)

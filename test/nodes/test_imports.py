@@ -70,5 +70,7 @@ except SequenceError as error:
 """
     command = [sys.executable, '-c', program, str(tmp_path / name)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
-    expected = f'{tmp_path / name} is a bag: the Python package mcap is not installed: pip install'
+    expected = (
+        f'{tmp_path / name} is a bag: the Python package rosbags is not installed: pip install'
+    )
     assert done.stdout.startswith(expected), done.stderr

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -155,6 +154,3 @@ def test_files_that_are_none_are_refused(tmp_path: Path) -> None:
         Vocabulary.load(path)
     with pytest.raises(VocabularyError, match='cannot write'):
         write_vocabulary(two_words(), tmp_path / 'missing' / 'words.json')
-    os.mkfifo(tmp_path / 'pipe.json')
-    with pytest.raises(VocabularyError, match=r'cannot read the vocabulary .*: it is a pipe'):
-        Vocabulary.load(tmp_path / 'pipe.json')

@@ -127,6 +127,7 @@ def test_people_come_in_the_surest_first() -> None:
             detection(0.6, (50, 50, 20, 40)),
             detection(0.9, (10, 20, 4, 8)),
             detection(0.4, (10, 20, 4, 9)),
+            detection(float('nan'), (10, 20, 4, 9)),
             detection(0.9, (10, 20, 0, 8)),
             detection(0.9, (float('nan'), 20, 4, 8)),
             detection(0.99, (10, 20, 4, 8), 'dog'),

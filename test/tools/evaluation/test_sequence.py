@@ -1,6 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-import os
 
 import cv2
 import numpy as np
@@ -126,10 +125,6 @@ def test_only_frames_from_the_first_box_on_are_run(folder):
         ),
         (lambda f: (f / 'sequence.yaml').write_text('fps: [1'), r'sequence\.yaml'),
         (lambda f: (f / 'sequence.yaml').write_text('- 1'), r'yaml must have names and values'),
-        (
-            lambda f: [(f / 'sequence.yaml').unlink(), os.mkfifo(f / 'sequence.yaml')],
-            r'sequence\.yaml cannot be read: it is a pipe',
-        ),
     ],
 )
 def test_folders_that_are_no_sequence_are_refused(folder, spoil, message):

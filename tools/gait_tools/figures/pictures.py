@@ -21,7 +21,6 @@ from gait_segmentation.drawing import (
     draw_label,
     draw_match,
     draw_outline,
-    draw_phase_dial,
 )
 from gait_segmentation.gait_model.bank import TemplateBank, quantize
 from gait_segmentation.geometry import Box, template_to_image
@@ -194,7 +193,6 @@ def _pictures(shot: Shot, tallest: float, phases: int) -> list[Image]:
     placed = (0.35 * seen(image) * (1 - inside) + 230 * inside).astype(np.uint8)
     phase = shot.phase(phases)
     draw_label(placed, f'phase {phase:.2f}', (2, 2))
-    draw_phase_dial(placed, (TILE[0] - 22, 22), 15, phase, WHITE)
     mask = seen(shot.mask)
     cut = np.where(mask[..., None] > 127, seen(image), np.uint8(255))
     draw_outline(cut, mask, REFINED_COLOUR)
