@@ -207,6 +207,9 @@ def _replay_all(options: argparse.Namespace) -> int:
         _print(reports, time.monotonic() - started, place)
     if options.summary:
         write_summary(options.summary, [row for job in wanted for row in _walks(job)])
+    if len(reports) < len(jobs):
+        left = len(jobs) - len(reports)
+        print(f'gait_replay: interrupted before {left} of the inputs', file=sys.stderr)
     if any(report.interrupted for report in reports) or len(reports) < len(jobs):
         return INTERRUPTED
     if any(report.error for report in reports):
@@ -242,7 +245,7 @@ def _print(reports: list[Report], seconds: float, place: Path) -> None:
         said += [f'error: {about}{report.error}'] * bool(report.error)
         said += [f'{report.input}: interrupted'] * report.interrupted
         said += [f'{path} was left incomplete' for path in report.left]
-        if report.frames and not report.seen and not report.error:
+        if report.frames and not (report.seen or report.error or report.interrupted):
             said.append(
                 f'{report.input}: nobody was seen; people are found when they walk and all of '
                 'them is in the image, --box says where somebody is'

@@ -60,10 +60,11 @@ _MOST_NOTES = 10
 _ASK_S = 0.2
 """How often a worker asks whether it is to break off, and the command how its workers are."""
 
-_CONNECT_S = 10
-_ALONE_S = 10.0
-"""How long all workers of a cluster may be gone: what watches over them begins others."""
+_CONNECT_S = 5
+_ALONE_S = 20.0
+"""How long a cluster may be without workers."""
 
+_ALONE = f'the cluster has no workers: waiting {_ALONE_S:g} s for some'
 _GONE = 'the cluster is gone: the same command does what is left'
 
 
@@ -365,24 +366,21 @@ def _signals_held() -> Iterator[None]:
 
 def _check_cluster(address: str, client: Any) -> None:
     """
-    Say so if there are no workers yet.
+    Make sure of what tasks begin with, which are silent about it.
 
     :raises ConfigError: if the scheduler or a worker cannot import this module.
     """
-    said: dict[str, Any] = {}
+    found: dict[str, Any] = client.run(import_module, __name__, on_error='return')
     try:
         client.run_on_scheduler(import_module, __name__)
     except ImportError as error:
-        said['the scheduler'] = error
-    found = client.run(import_module, __name__, on_error='return')
-    for where, problem in {**said, **found}.items():
+        found['the scheduler'] = error
+    for where, problem in found.items():
         if isinstance(problem, Exception):
             raise ConfigError(
                 f'--dask {address}: {where} cannot import this package ({problem}): install it '
                 'there, and the same version'
             )
-    if not found:
-        print(f'gait_replay: {address} has no workers yet: waiting for them', file=sys.stderr)
 
 
 def _share_out(jobs: list[Job], client: Any, stop: threading.Event, force: bool) -> list[Report]:
@@ -394,25 +392,26 @@ def _share_out(jobs: list[Job], client: Any, stop: threading.Event, force: bool)
         client.submit(replay_task, job.anywhere(), halt, force, pure=False): job for job in jobs
     }
     reports: list[Report | None] = []
-    halted, alone_since = False, math.inf
+    halted, deadline = False, math.inf
     with _bar(total=len(jobs), unit='input') as bar:
-        while futures:
-            time.sleep(_ASK_S)
-            for future in [each for each in futures if each.done()]:
-                reports.append(_report_of(future, futures.pop(future)))
-                bar.update()
-            # Without its scheduler a cluster is at an end: then all futures are done.
+        while futures and time.monotonic() < deadline:
+            # A call to a scheduler that is gone fails, and ends all futures.
             with suppress(OSError):
                 if stop.is_set() and not halted:
                     halt.set()
                     halted = True
                 if client.nthreads():
-                    alone_since = time.monotonic()
+                    deadline = math.inf
                 elif halted:
-                    break
-            if time.monotonic() - alone_since > _ALONE_S:
-                reports += [Report(each.input, error=_GONE) for each in futures.values()]
-                break
+                    futures.clear()
+                elif deadline == math.inf:
+                    print(f'gait_replay: {_ALONE}', file=sys.stderr)
+                    deadline = time.monotonic() + _ALONE_S
+            time.sleep(_ASK_S)
+            for future in [each for each in futures if each.done()]:
+                reports.append(_report_of(future, futures.pop(future)))
+                bar.update()
+    reports += [Report(each.input, error=_GONE) for each in futures.values()]
     return [report for report in reports if report is not None]
 
 
@@ -449,8 +448,8 @@ def _report_of(future: Any, job: Job) -> Report | None:
         text = f'{type(error).__name__}: {error}'
         if failures is not None:
             text = (
-                f'workers died of it, as when memory runs out: {failures + 1}; the same command, '
-                'with fewer workers, does what is left'
+                f'{failures + 1} worker{"s" * (failures > 0)} died, as when memory runs out: the '
+                'same command, with fewer of them, does what is left'
             )
         return Report(job.input, error=text)
     return report
