@@ -26,8 +26,8 @@ TOOLS = [
     'rosbags>=0.11.0',
     'tqdm>=4.66.2',
 ]
-# `gait_replay --dask` and tables in Parquet.
-ARCHIVE = ['distributed', 'pyarrow']
+# `gait_replay --jobs` and `--dask`.
+ARCHIVE = ['distributed']
 # For `detector:=mediapipe`, best in an environment of its own: see docs/heat_map.md. Of later
 # versions some have no `mediapipe.solutions`.
 MEDIAPIPE = ['mediapipe==0.10.14']
@@ -98,7 +98,6 @@ setup(
             'gait_pipeline = gait_segmentation.commands:pipeline',
             'gait_replay = gait_segmentation.commands:replay',
             'gait_segmenter = gait_segmentation.commands:segmenter',
-            'gait_source = gait_segmentation.commands:source',
             'gait_tracker = gait_segmentation.commands:tracker',
             'gait_warm_up = gait_segmentation.commands:warm_up',
         ],

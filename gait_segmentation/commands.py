@@ -19,7 +19,7 @@ from types import FrameType
 from gait_segmentation.errors import EXTRAS, not_installed
 
 _TOOLS = ('replay', 'warm_up')
-_NODES = ('detector', 'localizer', 'matcher', 'pipeline', 'segmenter', 'source', 'tracker')
+_NODES = ('detector', 'localizer', 'matcher', 'pipeline', 'segmenter', 'tracker')
 __all__ = [*_TOOLS, *_NODES]
 
 _PACKAGE = 'gait_segmentation'
@@ -146,4 +146,3 @@ detector = partial(_run, 'detector')
 localizer = partial(_run, 'localizer')
 segmenter = partial(_run, 'segmenter')
 pipeline = partial(_run, 'pipeline')
-source = partial(_run, 'source')

@@ -9,7 +9,7 @@ NAME = 'gait_tools'
 setup(
     name=NAME,
     version='0.1.0',
-    description='Demonstration, template banks and evaluation of gait_segmentation',
+    description='Demonstration, camera, template banks and evaluation for gait_segmentation',
     author='The gait_segmentation contributors',
     license='GPL-3.0-or-later',
     python_requires='>=3.10',
@@ -30,6 +30,7 @@ setup(
             'gait_demo = gait_tools.commands:demo',
             'gait_evaluate = gait_tools.commands:evaluate',
             'gait_figures = gait_tools.commands:figures',
+            'gait_source = gait_tools.commands:source',
         ],
     },
 )

@@ -123,7 +123,7 @@ def test_masks_come_across_the_network(
         robot.start('-m', 'gait_segmentation', 'tracker', *bank, '-p', start),
         desk.start('-m', 'gait_segmentation', 'matcher', *bank),
         desk.start('-m', 'gait_segmentation', 'segmenter'),
-        robot.start('-m', 'gait_segmentation', 'source', str(tmp_path), '--rate', '8', '--loop',
+        robot.start('-m', 'gait_tools.cli.source', str(tmp_path), '--rate', '8', '--loop',
                     '--wait-for', '2', '--wait-timeout', str(TIMEOUT_S), '--delay', '2'),
     ]  # fmt: skip
     try:

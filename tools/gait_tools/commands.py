@@ -6,9 +6,10 @@ from functools import partial
 
 from gait_segmentation.commands import run_tool
 
-__all__ = ['bank', 'demo', 'evaluate', 'figures']
+__all__ = ['bank', 'demo', 'evaluate', 'figures', 'source']
 
 bank = partial(run_tool, 'bank', 'gait_tools')
 demo = partial(run_tool, 'demo', 'gait_tools')
 evaluate = partial(run_tool, 'evaluate', 'gait_tools')
 figures = partial(run_tool, 'figures', 'gait_tools')
+source = partial(run_tool, 'source', 'gait_tools')

@@ -30,7 +30,7 @@ def group(tmp_path: Path, monkeypatch) -> ProcessGroup:
     words = [sys.executable, '-c', code]
     popen = subprocess.Popen
     monkeypatch.setattr(
-        subprocess, 'Popen', lambda given, **more: popen(words + given[3:], **more)
+        subprocess, 'Popen', lambda given, **more: popen(words + given[2:], **more)
     )
     return ProcessGroup(tmp_path / 'logs')
 

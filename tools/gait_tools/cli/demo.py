@@ -34,8 +34,8 @@ from gait_segmentation.files.output_files import keep_apart, write_file
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource, open_input
 from gait_segmentation.people import MOST_PEOPLE
-from gait_segmentation.sheets import contact_sheet, spread, tile
 from gait_tools.outputs import make_folder, write_picture
+from gait_tools.sheets import contact_sheet, spread, tile
 
 if TYPE_CHECKING:
     from gait_tools.demo.recording import Recording

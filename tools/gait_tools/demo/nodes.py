@@ -80,10 +80,10 @@ class ProcessGroup(contextlib.AbstractContextManager['ProcessGroup']):
         self.stop()
 
     def start(self, name: str, *arguments: str) -> None:
-        """Start ``python -m gait_segmentation arguments``."""
+        """Start ``python -m arguments``."""
         with open(self._logs / f'{name}.log', 'wb') as output:
             self._children[name] = subprocess.Popen(
-                [sys.executable, '-m', 'gait_segmentation', *arguments],
+                [sys.executable, '-m', *arguments],
                 env={**os.environ, 'PYTHONPATH': os.pathsep.join(sys.path)},
                 preexec_fn=partial(_prctl, _PR_SET_PDEATHSIG, signal.SIGKILL),
                 stdin=subprocess.DEVNULL,
@@ -93,7 +93,7 @@ class ProcessGroup(contextlib.AbstractContextManager['ProcessGroup']):
 
     def start_node(self, name: str, *arguments: str) -> None:
         """Start a node, such as ``gait_tracker``."""
-        self.start(name, name.removeprefix('gait_'), *arguments)
+        self.start(name, 'gait_segmentation', name.removeprefix('gait_'), *arguments)
 
     def check_running(self, *names: str) -> None:
         """

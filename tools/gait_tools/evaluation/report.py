@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from gait_segmentation.drawing import Image, track_colour
 from gait_segmentation.files.output_files import write_file
 from gait_segmentation.geometry import Box
-from gait_segmentation.sheets import contact_sheet, spread, tile
 from gait_tools.evaluation.metrics import PERSON, FrameScore, mean_known, true_box
 from gait_tools.evaluation.runner import Outcome
 from gait_tools.evaluation.sequence import Sequence
 from gait_tools.evaluation.tracking_score import MISSING, TrackingScore
 from gait_tools.outputs import write_picture, writing
+from gait_tools.sheets import contact_sheet, spread, tile
 
 if TYPE_CHECKING:
     # Which takes long to load.

@@ -15,6 +15,9 @@ from pathlib import Path
 
 import rclpy
 from rclpy.duration import Duration
+from rclpy.exceptions import NameValidationException
+from rclpy.executors import ExternalShutdownException
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.utilities import remove_ros_args
@@ -30,13 +33,11 @@ from gait_segmentation.cli.tool import (
     command_parser,
     run_tool,
 )
-from gait_segmentation.ending import Ending
 from gait_segmentation.errors import ConfigError, SequenceError
 from gait_segmentation.files.output_files import keep_apart, named
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource, check_rate, open_input
 from gait_segmentation.ros.endpoints import BETWEEN_NODES
 from gait_segmentation.ros.messages import image_message
-from gait_segmentation.ros.participant import REFUSALS, said_by, take_part
 from gait_segmentation.streams.fields import stamp_of
 
 _FLOW_OUT_S = 10
@@ -56,7 +57,7 @@ _EPILOG = """\
 exit code: 0, also after Ctrl-C; 1 if the input breaks off where it is damaged;
 2 if it cannot be used, or not enough subscribers came in time
 
-examples (after colcon build with "ros2 run gait_segmentation" in front)
+examples
   gait_source walk.mp4 --width 960 --wait-for 2
   gait_source frames/ --rate 15 --start 40 --count 100 --loop
   gait_source walk_bag --topic /camera/image_raw --keep-stamps --clock
@@ -212,33 +213,38 @@ def _wait_for(node: Node, publisher: Publisher, subscribers: int, timeout_s: flo
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
     given = sys.argv if arguments is None else ['gait_source', *arguments]
-    # Nothing of a camera that is switched off is worth waiting for.
-    ending = Ending(rclpy.try_shutdown, at_once=True)
-    ending.handle_signals()
-    try:
-        return run_tool('gait_source', lambda: _run(given, ending))
-    finally:
-        ending.close()
+    return run_tool('gait_source', lambda: _run(given))
 
 
-def _run(given: list[str], ending: Ending) -> int:
+def _run(given: list[str]) -> int:
     try:
         options = parser().parse_args(remove_ros_args(given)[1:])
-        participant = take_part(given)
+        rclpy.init(args=given)
     except Exception as error:
         # What rclpy does not understand.
-        raise ConfigError(said_by(error)) from error
-    ending.closes(participant.close)
+        raise ConfigError(_said_by(error)) from error
     try:
         node = Node('gait_source')
-        ending.closes(node.destroy_node)
         published = publish_input(options, node)
         node.get_logger().info(f'{published} frames published')
     except DamagedError as error:
         print(f'gait_source: warning: {error}', file=sys.stderr)
         return 1
-    except REFUSALS as error:
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except (rclpy_implementation.RCLError, NameValidationException) as error:
         # What ROS refuses, such as for security, unless the context was closed under it.
         if rclpy.ok():
-            raise ConfigError(said_by(error)) from error
+            raise ConfigError(_said_by(error)) from error
+    finally:
+        rclpy.try_shutdown()
     return 0
+
+
+def _said_by(error: Exception) -> str:
+    """Return what an error of rclpy says, without the name it points to a place in."""
+    return str(error).partition('\n')[0].rstrip(':')
+
+
+if __name__ == '__main__':
+    sys.exit(main())
