@@ -29,6 +29,7 @@ from gait_segmentation.commands import FAILED, INTERRUPTED
 from gait_segmentation.config import overridden
 from gait_segmentation.detector.client import DETECTORS, detector_python
 from gait_segmentation.errors import ConfigError
+from gait_segmentation.files.image_files import IMAGE_SUFFIXES
 from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.geometry import Box
 
@@ -139,6 +140,9 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
     for path in (options.preset and preset_file(options.preset), options.params):
         if path is not None:
             settings = read_parameter_file(path, settings)
+    for path in options.input:
+        if path.suffix.lower() in IMAGE_SUFFIXES and path.is_file():
+            raise ConfigError(f'{path} is a single picture: give the folder, {path.parent}')
     several = len(options.input) > 1
     jobs = []
     for path, name in zip(options.input, names_of(options.input), strict=True):
@@ -248,7 +252,8 @@ def _print(reports: list[Report], seconds: float, place: Path) -> None:
         if report.frames and not (report.seen or report.error or report.interrupted):
             said.append(
                 f'{report.input}: nobody was seen; people are found when they walk and all of '
-                'them is in the image, --box says where somebody is'
+                'them is in the image: --box says where somebody is, --rate the true rate of '
+                'slow motion'
             )
         for text in said:
             print(f'gait_replay: {text}', file=sys.stderr)

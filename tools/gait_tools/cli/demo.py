@@ -158,10 +158,12 @@ def demo_clip() -> Path:
     It is part of the package Sports2D (David Pagnon, BSD-3-Clause): a woman who walks past a
     standing camera.
 
-    :raises SequenceError: if it cannot be fetched or is not what it should be.
+    :raises SequenceError: if it cannot be fetched or kept, or is not what it should be.
     """
-    folder = Path(os.environ.get('XDG_CACHE_HOME') or '~/.cache').expanduser()
-    path = folder / 'gait_segmentation/sports2d-demo.mp4'
+    folder = os.environ.get('XDG_CACHE_HOME') or os.path.expanduser('~/.cache')
+    if not os.path.isabs(folder):
+        raise SequenceError(f'the clip cannot be kept in {folder}: set HOME or XDG_CACHE_HOME')
+    path = Path(folder) / 'gait_segmentation/sports2d-demo.mp4'
     if path.is_file() and _is_clip(path.read_bytes()):
         return path
     print(f'gait_demo: fetching the clip ({_REQUIREMENT}, kept in {path})', file=sys.stderr)
