@@ -25,8 +25,8 @@ TOOLS = [
     'rosbags>=0.11.0',
     'tqdm>=4.66.2',
 ]
-# `gait_replay --dask` and tables in Parquet.
-ARCHIVE = ['distributed', 'pyarrow']
+# `gait_replay --jobs` and `--dask`.
+ARCHIVE = ['distributed']
 # For `detector:=mediapipe`, best in an environment of its own: see docs/heat_map.md. Of later
 # versions some have no `mediapipe.solutions`.
 MEDIAPIPE = ['mediapipe==0.10.14']
@@ -97,7 +97,6 @@ setup(
             'gait_pipeline = gait_segmentation.nodes.pipeline_node:main',
             'gait_replay = gait_segmentation.cli.replay:main',
             'gait_segmenter = gait_segmentation.nodes.segmenter_node:main',
-            'gait_source = gait_segmentation.nodes.source_node:main',
             'gait_tracker = gait_segmentation.nodes.tracker_node:main',
             'gait_warm_up = gait_segmentation.cli.warm_up:main',
         ],

@@ -60,7 +60,7 @@ MODULES = {
     'gait_evaluate': 'gait_tools.cli.evaluate',
     'gait_bank': 'gait_tools.cli.bank',
     'gait_demo': 'gait_tools.cli.demo',
-    'gait_source': 'gait_segmentation.nodes.source_node',
+    'gait_source': 'gait_tools.cli.source',
 }
 CODES = {'gait_replay': {0, 1, 2}, 'gait_source': {0, 1, 2}}
 """Exit codes that are documented; 0 and 2 of the others."""

@@ -174,7 +174,7 @@ def measure(style: str, size: tuple[int, int], options: argparse.Namespace) -> d
         preset = preset_file(options.preset) if options.preset else None
         start(processes, nodes, listener, *parameters, box=box, preset=preset)
         processes.start(
-            'gait_source', 'gait_segmentation.nodes.source_node', str(film), '--loop',
+            'gait_source', 'gait_tools.cli.source', str(film), '--loop',
             '--rate', str(options.rate), '--wait-for', str(min(len(nodes), 2)),
             '--delay', '1', '--stamps', str(stamps),
         )  # fmt: skip
@@ -272,7 +272,7 @@ class Kills:
         for name in nodes:
             processes.start_node(name)
         processes.start(
-            'gait_source', 'gait_segmentation.nodes.source_node', str(frames),
+            'gait_source', 'gait_tools.cli.source', str(frames),
             '--rate', '30', '--loop', '--preload',
         )  # fmt: skip
         if not self.answers_after(time.time_ns(), START_TIMEOUT_S):

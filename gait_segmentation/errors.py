@@ -27,7 +27,7 @@ class SequenceError(GaitSegmentationError):
 
 EXTRAS = {
     **dict.fromkeys(('lz4', 'rosbags', 'tqdm'), 'tools'),
-    **dict.fromkeys(('distributed', 'pyarrow'), 'archive'),
+    'distributed': 'archive',
 }
 """Modules that nodes run without, and the extra of setup.py that brings them."""
 

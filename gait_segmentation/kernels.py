@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import functools
 import logging
+import os
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -27,6 +28,10 @@ from numba.core.sigutils import normalize_signature
 from gait_segmentation.files.output_files import named
 
 _PACKAGE = __name__.partition('.')[0]
+
+if not os.path.isabs(os.path.expanduser('~')):
+    # Nobody has a home, and Numba would make a folder of that name.
+    os.environ.setdefault('XDG_CACHE_HOME', os.devnull)
 
 
 _declared: list[tuple[Dispatcher, str]] = []

@@ -2,11 +2,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Play a bag, a film or a folder of images through the nodes, at the rate it was recorded."""
 
+import shutil
 from pathlib import Path
 
 from launch.actions import (
     DeclareLaunchArgument,
     EmitEvent,
+    ExecuteProcess,
     IncludeLaunchDescription,
     OpaqueFunction,
     RegisterEventHandler,
@@ -16,7 +18,6 @@ from launch.event_handlers import OnProcessExit
 from launch.events import Shutdown
 from launch.launch_description_sources import PythonLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration
-from launch_ros.actions import Node
 
 from launch import LaunchDescription
 
@@ -60,7 +61,13 @@ ARGUMENTS = [
 def generate_launch_description():
     """Return what ``ros2 launch`` is to do."""
     nodes = IncludeLaunchDescription(PythonLaunchDescriptionSource(str(NODES)))
-    return LaunchDescription([*ARGUMENTS, nodes, OpaqueFunction(function=_source)])
+    check = OpaqueFunction(function=_check)
+    return LaunchDescription([*ARGUMENTS, check, nodes, OpaqueFunction(function=_source)])
+
+
+def _check(_context):
+    if not shutil.which('gait_source'):
+        raise RuntimeError('there is no gait_source: pip install ./tools of gait_segmentation')
 
 
 def _source(context):
@@ -74,14 +81,11 @@ def _source(context):
     options += ['--topic', given('topic')] if given('topic') else []
     options += ['--loop'] if given('loop') == 'true' else []
     options += ['--keep-stamps', '--clock'] if given('keep_stamps') == 'true' else []
-    source = Node(
-        package='gait_segmentation',
-        executable='gait_source',
-        namespace=given('namespace'),
-        remappings=[('image', given('image'))],
-        arguments=[*options, '--', given('input')],
-        output='screen',
-    )
+    remaps = ['-r', f'image:={given("image")}']
+    if given('namespace'):
+        remaps += ['-r', f'__ns:=/{given("namespace").strip("/")}']
+    words = [*options, '--', given('input'), '--ros-args', *remaps]
+    source = ExecuteProcess(cmd=['gait_source', *words], output='screen')
     return [source, RegisterEventHandler(OnProcessExit(target_action=source, on_exit=_flow_out))]
 
 

@@ -13,12 +13,7 @@ from pathlib import Path
 
 from gait_segmentation.cli.replaying.bag_output import BagOutput
 from gait_segmentation.cli.replaying.run import OUTPUTS, Job, Report, replay_all
-from gait_segmentation.cli.replaying.walks import (
-    OpenGaitOutput,
-    OpenGaitPeopleOutput,
-    check_summary,
-    write_summary,
-)
+from gait_segmentation.cli.replaying.walks import OpenGaitOutput, check_summary, write_summary
 from gait_segmentation.cli.settings import Settings, read_parameter_file
 from gait_segmentation.cli.tool import (
     FAILED,
@@ -35,6 +30,7 @@ from gait_segmentation.cli.tool import (
 from gait_segmentation.config import overridden
 from gait_segmentation.detector.client import DETECTORS, detector_python
 from gait_segmentation.errors import ConfigError
+from gait_segmentation.files.image_files import IMAGE_SUFFIXES
 from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.geometry import Box
 
@@ -67,7 +63,7 @@ out), 2 if an input could not be replayed, 130 if interrupted
 examples (after colcon build with "ros2 run gait_segmentation" in front)
   gait_replay walk.mp4 --box 400 120 80 260 --overlay walk-overlay.mp4
   gait_replay bags/* --out out/replay --opengait silhouettes --jobs 2
-  gait_replay bags/* --opengait silhouettes --summary walks.parquet --dask tcp://host:8786
+  gait_replay bags/* --opengait silhouettes --summary walks.csv --dask tcp://host:8786
   gait_replay walk.mp4 --box 400 120 80 260 --preset paper
   gait_replay robot.bag --topic /camera/image_raw --set people.max_people=3
 """
@@ -82,13 +78,6 @@ def parser() -> argparse.ArgumentParser:
         metavar = 'FILE' if kind.files is None else 'DIR'
         add(kind.option, type=Path, default=kind.default, metavar=metavar, help=kind.help)
     add('--summary', type=Path, metavar='FILE', help='write a table of all walks in all inputs')
-    add(
-        '--subjects',
-        choices=('film', 'person'),
-        default='film',
-        help='what is a subject for --opengait: an input, or everybody in it, with DIR/NAME/'
-        'NAME-person-ID/walk/VIEW/VIEW.pkl (%(default)s)',
-    )
     add(
         '--box',
         type=float,
@@ -115,14 +104,20 @@ def parser() -> argparse.ArgumentParser:
     add_config_options(made)
     add('--params', type=Path, metavar='FILE', help='ROS parameter file, as for the nodes')
     add('--bank', default='', metavar='FILE', help='template bank, as gait_bank writes it')
-    add('--jobs', type=int, default=1, metavar='N', help='inputs at a time (%(default)s)')
-    add(
+    workers = made.add_mutually_exclusive_group()
+    workers.add_argument(
+        '--jobs',
+        type=int,
+        default=1,
+        metavar='N',
+        help='inputs at a time, in processes of their own (%(default)s)',
+    )
+    workers.add_argument(
         '--dask',
         default='',
         metavar='ADDRESS',
         help='have the workers of a Dask cluster do it; its scheduler, such as tcp://host:8786',
     )
-    add('--threads', type=int, default=1, help='threads of OpenCV in each (%(default)s)')
     add('--force', action='store_true', help='make existing outputs anew')
     return made
 
@@ -138,7 +133,7 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
 
     :raises ConfigError: if an option cannot be used.
     """
-    check_ranges(options, {'jobs': PROCESSORS, 'threads': PROCESSORS})
+    check_ranges(options, {'jobs': PROCESSORS})
     if options.detector != 'none' and not options.dask:
         # Before anything is written; the workers of a cluster have their own.
         detector_python()
@@ -146,14 +141,15 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
     for path in (options.preset and preset_file(options.preset), options.params):
         if path is not None:
             settings = read_parameter_file(path, settings)
+    for path in options.input:
+        if path.suffix.lower() in IMAGE_SUFFIXES and path.is_file():
+            raise ConfigError(f'{path} is a single picture: give the folder, {path.parent}')
     several = len(options.input) > 1
     jobs = []
     for path, name in zip(options.input, names_of(options.input), strict=True):
         outputs = {}
         for kind in OUTPUTS:
             given = getattr(options, kind.option.strip('-'))
-            if kind is OpenGaitOutput and options.subjects == 'person':
-                kind = OpenGaitPeopleOutput
             if given is not None:
                 outputs[kind] = kind.place(given, name, several=several)
         jobs.append(
@@ -164,7 +160,6 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
                 reading={each: getattr(options, each) for each in READING},
                 bank=options.bank or settings.bank.bank,
                 box=Box(*options.box) if options.box is not None else settings.start.box(),
-                threads=options.threads,
                 heat_map=options.heat_map,
                 detector=options.detector,
             )
@@ -217,6 +212,9 @@ def _replay_all(options: argparse.Namespace) -> int:
         _print(reports, time.monotonic() - started, place)
     if options.summary:
         write_summary(options.summary, [row for job in wanted for row in _walks(job)])
+    if len(reports) < len(jobs):
+        left = len(jobs) - len(reports)
+        print(f'gait_replay: interrupted before {left} of the inputs', file=sys.stderr)
     if any(report.interrupted for report in reports) or len(reports) < len(jobs):
         return INTERRUPTED
     if any(report.error for report in reports):
@@ -235,12 +233,9 @@ def _walks(job: Job) -> list[dict[str, object]]:
         )
     rows = []
     for walk in walks or ():
-        places = (
-            path / kind.place_of(path.name, walk)
-            for kind, path in job.outputs.items()
-            if issubclass(kind, OpenGaitOutput)
-        )
-        found = next((str(place) for place in places if place.is_file()), '')
+        folder = job.outputs.get(OpenGaitOutput)
+        file = folder and folder / OpenGaitOutput.place_of(walk)
+        found = str(file) if file and file.is_file() else ''
         rows.append({'input': str(job.input), **vars(walk), 'silhouettes': found})
     return rows
 
@@ -255,10 +250,11 @@ def _print(reports: list[Report], seconds: float, place: Path) -> None:
         said += [f'error: {about}{report.error}'] * bool(report.error)
         said += [f'{report.input}: interrupted'] * report.interrupted
         said += [f'{path} was left incomplete' for path in report.left]
-        if report.frames and not report.seen and not report.error:
+        if report.frames and not (report.seen or report.error or report.interrupted):
             said.append(
                 f'{report.input}: nobody was seen; people are found when they walk and all of '
-                'them is in the image, --box says where somebody is'
+                'them is in the image: --box says where somebody is, --rate the true rate of '
+                'slow motion'
             )
         for text in said:
             print(f'gait_replay: {text}', file=sys.stderr)

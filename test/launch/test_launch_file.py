@@ -38,8 +38,8 @@ CAMERA = FOLDER / 'camera.launch.py'
 SPLIT = ['gait_tracker', 'gait_matcher', 'gait_segmenter']
 
 
-def started(file: Path = FILE, **arguments: str) -> list[Node]:
-    """Return the nodes that would be started."""
+def started(file: Path = FILE, **arguments: str) -> list[ExecuteProcess]:
+    """Return the nodes, and other processes, that would be started."""
     description = get_launch_description_from_python_launch_file(str(file))
     context = launch.LaunchContext()
     context.launch_configurations.update(arguments)
@@ -49,7 +49,7 @@ def started(file: Path = FILE, **arguments: str) -> list[Node]:
     waiting = list(description.entities)
     while waiting:
         entity = waiting.pop(0)
-        if isinstance(entity, Node):
+        if isinstance(entity, ExecuteProcess):
             nodes.append(entity)
         elif isinstance(entity, DeclareLaunchArgument):
             assert entity.description
@@ -67,8 +67,10 @@ def started(file: Path = FILE, **arguments: str) -> list[Node]:
 FOUND = launch.LaunchDescription
 
 
-def names(nodes: list[Node]) -> list[str]:
-    return [node.node_executable for node in nodes]
+def names(nodes: list[ExecuteProcess]) -> list[str]:
+    return [
+        node.node_executable if isinstance(node, Node) else plain(node.cmd[0]) for node in nodes
+    ]
 
 
 def test_three_nodes_are_started_by_default() -> None:
@@ -156,15 +158,30 @@ def test_each_node_has_its_own_enclave_if_there_are_any() -> None:
     assert all('--enclave' not in words for words in given())
 
 
+@pytest.fixture
+def has_source(monkeypatch) -> None:
+    monkeypatch.setattr('shutil.which', lambda name: f'/bin/{name}')
+
+
+@pytest.mark.usefixtures('has_source')
 def test_an_input_is_played_into_the_nodes() -> None:
     assert names(started(REPLAY, input='walk.mp4')) == [*SPLIT, 'gait_source']
-    (*_, source) = started(REPLAY, input='-walk.mp4')
-    words = [part.text for word in source.cmd for part in word if hasattr(part, 'text')]
-    assert words[words.index('--') + 1] == '-walk.mp4'
+    (*_, source) = started(REPLAY, input='-walk.mp4', namespace='robot', image='/cam/image_raw')
+    words = [plain(word) for word in source.cmd]
+    assert words[words.index('--') + 1 :] == [
+        '-walk.mp4', '--ros-args', '-r', 'image:=/cam/image_raw', '-r', '__ns:=/robot',
+    ]  # fmt: skip
     single = started(REPLAY, input='walk.mp4', style='single', loop='true')
     assert names(single) == ['gait_pipeline', 'gait_source']
 
 
+def test_without_gait_source_it_is_said_what_to_install(monkeypatch) -> None:
+    monkeypatch.setattr('shutil.which', lambda name: None)
+    with pytest.raises(RuntimeError, match='pip install'):
+        started(REPLAY, input='walk.mp4')
+
+
+@pytest.mark.usefixtures('has_source')
 def test_a_detector_is_one_node_more_that_sees_what_the_others_see() -> None:
     given = {'detector': 'mediapipe', 'image': '/cam/image_raw', 'namespace': 'robot'}
     nodes = started(**given, image_transport='compressed')

@@ -32,7 +32,6 @@ OTHERS = {
     ),
     'nodes.segmenter_node': ('gait_segmentation.matching', 'gait_segmentation.tracking'),
     'nodes.pipeline_node': (),
-    'nodes.source_node': ('numba', 'gait_segmentation.gait_model', 'gait_segmentation.tracking'),
 }
 
 

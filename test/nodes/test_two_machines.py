@@ -123,7 +123,7 @@ def test_masks_come_across_the_network(
         robot.start('-m', 'gait_segmentation.nodes.tracker_node', *bank, '-p', start),
         desk.start('-m', 'gait_segmentation.nodes.matcher_node', *bank),
         desk.start('-m', 'gait_segmentation.nodes.segmenter_node'),
-        robot.start('-m', 'gait_segmentation.nodes.source_node', str(tmp_path), '--rate', '8',
+        robot.start('-m', 'gait_tools.cli.source', str(tmp_path), '--rate', '8',
                     '--loop', '--wait-for', '2', '--wait-timeout', str(TIMEOUT_S), '--delay', '2'),
     ]  # fmt: skip
     try:

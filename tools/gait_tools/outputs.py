@@ -24,8 +24,10 @@ _HEAD = 4096
 _PNG_HEADER = 33
 """Length of the signature of a PNG and its first part, which describes the image."""
 
-_MARK = b'tEXtSoftware\0gait_segmentation'
-"""Of the PNGs that are written here."""
+SAYS = {'Software': 'gait_segmentation'}
+"""What PNGs say that are written here."""
+
+_MARK = b'tEXtSoftware\0' + SAYS['Software'].encode()
 
 
 def make_folder(option: str, folder: Path) -> None:

@@ -6,9 +6,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
-import fcntl
 import math
-import os
 import re
 import shutil
 from abc import ABC, abstractmethod
@@ -103,34 +101,20 @@ class Output(ABC):
         Begin an empty output in place of what an earlier attempt left.
 
         :raises OSError: if it cannot be written.
-        :raises SequenceError: if the place cannot be used, see :meth:`check`, or another process
-            is just making the output.
+        :raises SequenceError: if the place cannot be used, see :meth:`check`.
         """
         self.check(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         self.path, self.work = path, partial_path(path)
         self.about = about or About()
         self._closed = False
-        if self.work.exists():
-            os.close(self._lock(fcntl.LOCK_EX))
-            remove(self.work)
+        remove(self.work)
         try:
             with named(path):
                 self.begin()
         except BaseException:
             remove(self.work)
             raise
-        self._held = self._lock(fcntl.LOCK_SH)
-
-    def _lock(self, how: int) -> int:
-        """Return a descriptor that locks the growing output until it is closed."""
-        held = os.open(self.work, os.O_RDONLY)
-        try:
-            fcntl.flock(held, how | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            os.close(held)
-            raise SequenceError(f'{self.path} is just being made by another process') from error
-        return held
 
     @classmethod
     def place(cls, given: Path, name: str, *, several: bool) -> Path:
@@ -211,7 +195,6 @@ class Output(ABC):
             with contextlib.suppress(OSError, SequenceError):
                 self.finish()
         self._closed = True
-        os.close(self._held)
 
 
 class MasksOutput(Output):

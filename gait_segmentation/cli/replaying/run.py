@@ -1,22 +1,21 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Inputs into their outputs: one after another, in processes, or on a Dask cluster."""
+"""Inputs into their outputs: one after another, or many at a time by Dask."""
 
 from __future__ import annotations
 
-import multiprocessing
-import os
+import logging
+import math
 import signal
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cache
-from multiprocessing.managers import SyncManager
+from importlib import import_module
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any
 
@@ -35,13 +34,13 @@ from gait_segmentation.cli.replaying.outputs import (
     remove,
 )
 from gait_segmentation.cli.replaying.walks import OpenGaitOutput
-from gait_segmentation.cli.tool import POLL_S, scaled_box
+from gait_segmentation.cli.tool import scaled_box
 from gait_segmentation.detector.client import Detector
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.files.output_files import keep_apart, named, problem_of
 from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.geometry import Box
-from gait_segmentation.inputs import DamagedError, Frame, ImageSource, open_input
+from gait_segmentation.inputs import DamagedError, Frame, open_input
 from gait_segmentation.inputs.heat_maps import RecordedMap, RecordedMaps, open_heat_maps
 from gait_segmentation.kernels import compile_kernels, compiling
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
@@ -57,7 +56,14 @@ OUTPUTS: tuple[type[Output], ...] = (
 
 _MOST_NOTES = 10
 _ASK_S = 0.2
-"""How often a worker asks whether it is to break off."""
+"""How often a worker asks whether it is to break off, and the command how its workers are."""
+
+_CONNECT_S = 5
+_ALONE_S = 20.0
+"""How long a cluster may be without workers."""
+
+_ALONE = f'the cluster has no workers: waiting {_ALONE_S:g} s for some'
+_GONE = 'the cluster is gone: the same command does what is left'
 
 
 @dataclass(frozen=True)
@@ -76,7 +82,6 @@ class Job:
     reading: Mapping[str, Any] = field(default_factory=dict)
     bank: str = ''
     box: Box | None = None
-    threads: int = 1
     heat_map: str = ''
     detector: str = 'none'
 
@@ -103,10 +108,6 @@ class Job:
             keep_apart([(kind.option, each) for each in (path, partial_path(path))], inputs)
         for kind, path in self.outputs.items():
             kind.check(path)
-
-    def source(self) -> ImageSource:
-        """Open the input."""
-        return open_input(self.input, **self.reading)
 
     def anywhere(self) -> Job:
         """Return the same job with paths that hold whatever the folder of a process is."""
@@ -169,8 +170,8 @@ def replay(
     outputs: list[Output] = []
     complete = False
     try:
-        cv2.setNumThreads(job.threads)
-        source = job.source()
+        cv2.setNumThreads(1)
+        source = open_input(job.input, **job.reading)
         box = scaled_box(job.box, source)
         about = About(source.size, source.fps, job.config.people.max_people)
         for kind, path in job.missing(force=force).items():
@@ -248,21 +249,22 @@ def replay_all(jobs: list[Job], at_a_time: int, *, force: bool, cluster: str = '
     Replay inputs until all are done, or a signal to end comes.
 
     :param jobs: at least one; all have the same configuration and bank.
-    :param at_a_time: how many are worked on at a time, in processes of their own if several.
+    :param at_a_time: how many are worked on at a time: in this process if it is one.
     :param force: make all outputs anew.
     :param cluster: address of a Dask scheduler whose workers do it instead.
     :returns: how those went that were begun.
     :raises BankError: if the bank cannot be read.
-    :raises ConfigError: if there is no cluster at the address.
+    :raises ConfigError: if there is no cluster at the address, or it cannot do this.
     """
     bank = open_bank(jobs[0].bank)
-    if cluster:
-        return _on_cluster(jobs, cluster, force)
-    # Before signals are only looked at between frames; and once for all processes.
-    with compiling(lambda text: print(f'gait_replay: {text}', file=sys.stderr)):
-        compile_kernels()
-    if at_a_time > 1 and len(jobs) > 1:
-        return _in_processes(jobs, min(at_a_time, len(jobs)), force)
+    if not cluster:
+        # Before signals are only looked at between frames; and once for all processes.
+        with compiling(lambda text: print(f'gait_replay: {text}', file=sys.stderr)):
+            compile_kernels()
+    workers = min(at_a_time, len(jobs))
+    if cluster or workers > 1:
+        with _dask(cluster, workers) as client, _until_interrupted() as stop:
+            return _share_out(jobs, client, stop, force)
     reports: list[Report] = []
     with _until_interrupted() as stop:
         for job in jobs:
@@ -309,74 +311,111 @@ def _until_interrupted() -> Iterator[threading.Event]:
             signal.signal(number, handler)
 
 
-def _in_processes(jobs: list[Job], processes: int, force: bool) -> list[Report]:
-    context = multiprocessing.get_context('spawn')
-    manager = SyncManager(ctx=context)
-    manager.start(_begin_worker)
-    with manager, ProcessPoolExecutor(processes, context, _begin_worker) as pool:
-        return _share_out(jobs, pool, manager.Event(), force)
-
-
-def _begin_worker() -> None:
-    # Ctrl-C in a terminal reaches all processes; the parent alone decides.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-    parent.join()
-    os.kill(os.getpid(), signal.SIGKILL)
-
-
-def _on_cluster(jobs: list[Job], address: str, force: bool) -> list[Report]:
-    from distributed import Client, Event
-
-    try:
-        client = Client(address, set_as_default=False)
-    except (OSError, TypeError, ValueError) as error:
-        raise ConfigError(f'--dask {address}: there is no Dask scheduler: {error}') from error
-    with client:
-        if not client.nthreads():
-            print(f'gait_replay: {address} has no workers yet: waiting for them', file=sys.stderr)
-        jobs = [job.anywhere() for job in jobs]
-        pool, halt = client.get_executor(pure=False), Event(client=client)
-        return _share_out(jobs, pool, halt, force, lambda: bool(client.nthreads()))
-
-
-def _share_out(
-    jobs: list[Job],
-    pool: Executor,
-    halt: Any,
-    force: bool,
-    has_workers: Callable[[], bool] = lambda: True,
-) -> list[Report]:
+@contextmanager
+def _dask(address: str, workers: int) -> Iterator[Any]:
     """
-    Have workers replay inputs.
+    Give a client of the Dask cluster at an address, or without one of processes of its own.
 
-    :param halt: an event that they see as well, for breaking off.
-    :param has_workers: says whether anybody is there to see it.
+    :raises ConfigError: if there is none, or it lacks this package.
     """
-    futures: dict[Future[Report | None], Job] = {}
+    import dask
+    from distributed import Client
+    from distributed.comm import get_address_host_port
+
+    # What matters of its tracebacks is said in a line.
+    logging.disable(logging.CRITICAL)
     try:
-        with _until_interrupted() as stop, _bar(total=len(jobs), unit='input') as bar:
-            futures |= {pool.submit(replay_task, job, halt, force): job for job in jobs}
-            waiting = set(futures)
-            while waiting and not (stop.is_set() and not has_workers()):
-                done, waiting = wait(waiting, POLL_S, FIRST_COMPLETED)
-                bar.update(len(done))
-                if stop.is_set():
+        if address:
+            try:
+                get_address_host_port(address)
+                client = Client(address, timeout=_CONNECT_S, set_as_default=False)
+            except (OSError, TypeError, ValueError) as error:
+                raise ConfigError(
+                    f'--dask {address}: there is no Dask scheduler: {error}'
+                ) from None
+        else:
+            # What kills a worker, such as a lack of memory, is likely to kill the next one.
+            with _signals_held(), dask.config.set({'distributed.scheduler.allowed-failures': 0}):
+                client = Client(
+                    n_workers=workers, threads_per_worker=1, memory_limit=None,
+                    dashboard_address=None, silence_logs=logging.CRITICAL, set_as_default=False,
+                )  # fmt: skip
+        try:
+            if address:
+                _check_cluster(address, client)
+            yield client
+        finally:
+            with suppress(OSError):
+                client.close()
+    finally:
+        logging.disable(logging.NOTSET)
+
+
+@contextmanager
+def _signals_held() -> Iterator[None]:
+    """
+    Have signals of the terminal come later, and never to processes that threads begun here begin.
+
+    Ctrl-C reaches all processes; this one alone decides.
+    """
+    numbers = {signal.SIGINT, signal.SIGHUP}
+    # When it begins, it lets signals through.
+    resource_tracker.ensure_running()
+    signal.pthread_sigmask(signal.SIG_BLOCK, numbers)
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, numbers)
+
+
+def _check_cluster(address: str, client: Any) -> None:
+    """
+    Make sure of what tasks begin with, which are silent about it.
+
+    :raises ConfigError: if the scheduler or a worker cannot import this module.
+    """
+    found: dict[str, Any] = client.run(import_module, __name__, on_error='return')
+    try:
+        client.run_on_scheduler(import_module, __name__)
+    except ImportError as error:
+        found['the scheduler'] = error
+    for where, problem in found.items():
+        if isinstance(problem, Exception):
+            raise ConfigError(
+                f'--dask {address}: {where} cannot import this package ({problem}): install it '
+                'there, and the same version'
+            )
+
+
+def _share_out(jobs: list[Job], client: Any, stop: threading.Event, force: bool) -> list[Report]:
+    """Have workers replay inputs, until all are done or cannot be."""
+    from distributed import Event
+
+    halt = Event(client=client)
+    futures = {
+        client.submit(replay_task, job.anywhere(), halt, force, pure=False): job for job in jobs
+    }
+    reports: list[Report | None] = []
+    halted, deadline = False, math.inf
+    with _bar(total=len(jobs), unit='input') as bar:
+        while futures and time.monotonic() < deadline:
+            # A call to a scheduler that is gone fails, and ends all futures.
+            with suppress(OSError):
+                if stop.is_set() and not halted:
                     halt.set()
-            # Of those that nobody has begun, nor ever will.
-            for future in waiting:
-                future.cancel()
-    except BaseException:
-        for future in futures:
-            future.cancel()
-        raise
-    ended = (each for each in futures.items() if each[0] not in waiting)
-    reports = (_report_of(future, job) for future, job in ended)
+                    halted = True
+                if client.nthreads():
+                    deadline = math.inf
+                elif halted:
+                    futures.clear()
+                elif deadline == math.inf:
+                    print(f'gait_replay: {_ALONE}', file=sys.stderr)
+                    deadline = time.monotonic() + _ALONE_S
+            time.sleep(_ASK_S)
+            for future in [each for each in futures if each.done()]:
+                reports.append(_report_of(future, futures.pop(future)))
+                bar.update()
+    reports += [Report(each.input, error=_GONE) for each in futures.values()]
     return [report for report in reports if report is not None]
 
 
@@ -389,23 +428,35 @@ def replay_task(job: Job, halt: Any, force: bool) -> Report | None:
     """
     if halt.is_set():
         return None
-    return replay(job, _prepared(job.bank), _now_and_then(halt.is_set), force=force)
+    due = 0.0
+
+    def stop() -> bool:
+        nonlocal due
+        if time.monotonic() < due:
+            return False
+        due = time.monotonic() + _ASK_S
+        return bool(halt.is_set())
+
+    return replay(job, _prepared(job.bank), stop, force=force)
 
 
-def _report_of(future: Future[Report | None], job: Job) -> Report | None:
+def _report_of(future: Any, job: Job) -> Report | None:
     """Return what a worker that is done has returned, or a report of what became of it."""
     if future.cancelled():
-        return Report(job.input, error='the cluster is gone')
-    error = future.exception()
-    if error is None:
-        return future.result()
-    if isinstance(error, BrokenProcessPool):
-        text = 'a process was killed, as when memory runs out: the same command, with fewer '
-        return Report(job.input, error=f'{text}--jobs, does what is left')
-    # Of Dask, which has tried it on others.
-    failures = getattr(error, 'allowed_failures', None)
-    text = f'{type(error).__name__}: {error}'
-    return Report(job.input, error=text if failures is None else f'{failures + 1} workers died')
+        return Report(job.input, error=_GONE)
+    try:
+        report: Report | None = future.result()
+    except Exception as error:
+        # Of Dask, which may have tried it on others.
+        failures = getattr(error, 'allowed_failures', None)
+        text = f'{type(error).__name__}: {error}'
+        if failures is not None:
+            text = (
+                f'{failures + 1} worker{"s" * (failures > 0)} died, as when memory runs out: the '
+                'same command, with fewer of them, does what is left'
+            )
+        return Report(job.input, error=text)
+    return report
 
 
 @cache
@@ -413,17 +464,3 @@ def _prepared(bank: str) -> TemplateBank:
     """Open a bank, once in a process, and compile the kernels if that was not done."""
     compile_kernels()
     return open_bank(bank)
-
-
-def _now_and_then(ask: Callable[[], bool]) -> Callable[[], bool]:
-    """Return the answer to a question, or False where it was asked a moment ago."""
-    due = 0.0
-
-    def asked() -> bool:
-        nonlocal due
-        if time.monotonic() < due:
-            return False
-        due = time.monotonic() + _ASK_S
-        return ask()
-
-    return asked

@@ -29,18 +29,18 @@ from gait_segmentation.files.output_files import write_file
 from gait_segmentation.inputs import Frame
 from gait_segmentation.pipeline import FrameResult, PersonResult
 
-SUMMARY_COLUMNS = {
-    'input': 'string',
-    'person': 'int64',
-    'walk': 'string',
-    'frames': 'int64',
-    'direction_rad': 'double',
-    'cadence_steps_per_min': 'double',
-    'speed_heights_per_s': 'double',
-    'confidence': 'double',
-    'silhouettes': 'string',
-}
-"""With their types in Parquet; a row is a walk."""
+SUMMARY_COLUMNS = (
+    'input',
+    'person',
+    'walk',
+    'frames',
+    'direction_rad',
+    'cadence_steps_per_min',
+    'speed_heights_per_s',
+    'confidence',
+    'silhouettes',
+)
+"""A row is a walk."""
 
 _LEAST_FRAMES = 5
 """Shorter walks are of no use: OpenGait warns of them."""
@@ -191,51 +191,24 @@ class OpenGaitOutput(Output):
     def finish(self) -> None:
         """Write the walks."""
         for walk in self._walks.all():
-            file = self.work / self.place_of(self.path.name, walk)
+            file = self.work / self.place_of(walk)
             file.parent.mkdir(parents=True, exist_ok=True)
             file.write_bytes(pickle.dumps(np.stack(self._silhouettes[walk.person]), protocol=4))
 
-    @classmethod
-    def place_of(cls, name: str, walk: Walk) -> str:
-        """Return where a walk is in the folder of an input, which has a name."""
+    @staticmethod
+    def place_of(walk: Walk) -> str:
+        """Return where a walk is in the folder of an input."""
         return f'person-{walk.person:03d}/{walk.walk}/{walk.walk}.pkl'
-
-
-class OpenGaitPeopleOutput(OpenGaitOutput):
-    """
-    The same with everybody a subject of their own, ``NAME-person-ID``, and one type, ``walk``.
-
-    So the folder of each film is a data set.  Who is who across films is not known.
-    """
-
-    files = re.compile(r'.+-person-\d+/walk/\d{3}/\d{3}\.pkl')
-
-    @classmethod
-    def place_of(cls, name: str, walk: Walk) -> str:
-        """Return subject, type, view and file."""
-        return f'{name}-person-{walk.person:03d}/walk/{walk.walk}/{walk.walk}.pkl'
 
 
 def check_summary(path: Path) -> None:
     """
     Refuse a place where there is something else than a table of walks.
 
-    :raises ModuleNotFoundError: if Parquet is asked for and pyarrow is not installed.
     :raises SequenceError: if anything is there that this has not made.
     """
     head = ','.join(SUMMARY_COLUMNS).encode() + b'\n'
-    own = not path.exists()
-    if path.suffix == '.parquet':
-        from pyarrow import ArrowInvalid, parquet
-
-        if path.is_file():
-            try:
-                own = parquet.read_schema(path).names == list(SUMMARY_COLUMNS)
-            except ArrowInvalid:
-                own = False
-    elif path.is_file():
-        own = path.read_bytes()[: len(head)] in (b'', head)
-    if not own:
+    if path.is_dir() or (path.is_file() and path.read_bytes()[: len(head)] not in (b'', head)):
         raise SequenceError(
             f'{path} was not made by gait_replay and is not replaced: remove it or choose another '
             'place'
@@ -244,23 +217,14 @@ def check_summary(path: Path) -> None:
 
 def write_summary(path: Path, rows: Sequence[Mapping[str, object]]) -> None:
     """
-    Write one table of walks, Parquet if the name says so, else CSV.
+    Write one table of walks, as CSV.
 
     :param rows: with the keys of :data:`SUMMARY_COLUMNS`.
     :raises OSError: if it cannot be written.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    if path.suffix == '.parquet':
-        import pyarrow
-        from pyarrow import parquet
-
-        schema = pyarrow.schema([pyarrow.field(*column) for column in SUMMARY_COLUMNS.items()])
-        file = io.BytesIO()
-        parquet.write_table(pyarrow.Table.from_pylist(rows, schema), file)
-        write_file(path, file.getvalue())
-    else:
-        text = io.StringIO(newline='')
-        table = csv.DictWriter(text, SUMMARY_COLUMNS, lineterminator='\n')
-        table.writeheader()
-        table.writerows(rows)
-        write_file(path, text.getvalue().encode())
+    text = io.StringIO(newline='')
+    table = csv.DictWriter(text, SUMMARY_COLUMNS, lineterminator='\n')
+    table.writeheader()
+    table.writerows(rows)
+    write_file(path, text.getvalue().encode())

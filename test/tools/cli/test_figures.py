@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 
 import cv2
+import numpy as np
 import pytest
 
 from gait_tools.cli.figures import FILES, main
@@ -23,7 +24,8 @@ def threads():
 @pytest.mark.parametrize('options', [[], ['--preset', 'paper']])
 def test_the_example_is_drawn(options, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(ROOT)
-    assert main(['--out', str(tmp_path / 'out'), *options]) == 0
+    for _ in range(2):
+        assert main(['--out', str(tmp_path / 'out'), *options]) == 0
     assert sorted(path.name for path in (tmp_path / 'out').iterdir()) == sorted(FILES)
     for name in FILES:
         assert cv2.imread(str(tmp_path / 'out' / name)).shape[1] > 800
@@ -44,6 +46,15 @@ def test_of_a_clip_without_truth_there_is_no_table(tmp_path, capsys):
     assert main([str(tmp_path / 'frames'), *box, '--out', str(out)]) == 0
     assert sorted(path.name for path in out.iterdir()) == ['frames.png', 'phase.png', 'table.png']
     assert 'no table of errors: the clip has no masks' in capsys.readouterr().out
+
+
+def test_a_picture_of_the_users_is_not_replaced(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    cv2.imwrite(str(tmp_path / 'table.png'), np.zeros((9, 9), np.uint8))
+    before = (tmp_path / 'table.png').read_bytes()
+    assert main(['--out', str(tmp_path)]) == 2
+    assert 'table.png was not made by gait_figures' in capsys.readouterr().err
+    assert (tmp_path / 'table.png').read_bytes() == before
 
 
 @pytest.mark.parametrize(

@@ -34,8 +34,8 @@ from gait_segmentation.files.output_files import keep_apart, write_file
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource, open_input
 from gait_segmentation.people import MOST_PEOPLE
-from gait_segmentation.sheets import contact_sheet, spread, tile
 from gait_tools.outputs import make_folder, write_picture
+from gait_tools.sheets import contact_sheet, spread, tile
 
 if TYPE_CHECKING:
     from gait_tools.demo.recording import Recording
@@ -158,10 +158,12 @@ def demo_clip() -> Path:
     It is part of the package Sports2D (David Pagnon, BSD-3-Clause): a woman who walks past a
     standing camera.
 
-    :raises SequenceError: if it cannot be fetched or is not what it should be.
+    :raises SequenceError: if it cannot be fetched or kept, or is not what it should be.
     """
-    folder = Path(os.environ.get('XDG_CACHE_HOME') or '~/.cache').expanduser()
-    path = folder / 'gait_segmentation/sports2d-demo.mp4'
+    folder = os.environ.get('XDG_CACHE_HOME') or os.path.expanduser('~/.cache')
+    if not os.path.isabs(folder):
+        raise SequenceError(f'the clip cannot be kept in {folder}: set HOME or XDG_CACHE_HOME')
+    path = Path(folder) / 'gait_segmentation/sports2d-demo.mp4'
     if path.is_file() and _is_clip(path.read_bytes()):
         return path
     print(f'gait_demo: fetching the clip ({_REQUIREMENT}, kept in {path})', file=sys.stderr)

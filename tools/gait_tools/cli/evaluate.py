@@ -150,7 +150,8 @@ def evaluate(options: argparse.Namespace) -> None:
         folder = options.out / os.path.basename(os.path.realpath(path))
         masks = [('--out', each, _is_mask) for each in sorted((folder / 'masks').glob('*.png'))]
         sheet = ('--out', folder / 'contact_sheet.png', is_own_picture)
-        keep_others([*masks, sheet], 'gait_evaluate')
+        plot = ('--out', options.out / 'priors.png', is_own_picture)
+        keep_others([*masks, sheet, plot], 'gait_evaluate')
     if options.json not in (None, _OUTPUT):
         check_file(options.json)
     if options.out is not None:

@@ -17,7 +17,7 @@ from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.geometry import Box
 from gait_tools.evaluation.report import write_figure, write_image
 from gait_tools.figures.walk import figured, open_walk
-from gait_tools.outputs import make_folder
+from gait_tools.outputs import is_own_picture, keep_others, make_folder
 
 FILES = ('table.png', 'frames.png', 'phase.png')
 """What is written: Fig. 1, Figs. 2 and 3, and Fig. 4."""
@@ -87,6 +87,7 @@ def draw(options: argparse.Namespace) -> None:
     box = None if options.box is None else Box(*options.box)
     walk = open_walk(options.clip, box)
     keep_apart([('--out', options.out / name) for name in FILES], [options.clip])
+    keep_others([('--out', options.out / name, is_own_picture) for name in FILES], 'gait_figures')
     make_folder('--out', options.out)
     # Here, so that --help does not wait for the kernels to be loaded.
     from gait_segmentation.cli.settings import Settings, read_parameter_file

@@ -208,7 +208,7 @@ def _record(
     # The delay is for the processes to be done with finding the camera before it starts.
     source += ['--wait-for', '2', '--delay', '1', '--stamps', str(stamps), '--', str(film.path)]
     stamps.unlink(missing_ok=True)
-    processes.start('gait_source', 'gait_segmentation.nodes.source_node', *source)
+    processes.start('gait_source', 'gait_tools.cli.source', *source)
     # disable=None: no bar where stderr is not a terminal.
     with tqdm(total=film.total, unit='frame', disable=None, desc='gait_demo') as bar:
 

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence as ListLike
@@ -17,12 +18,12 @@ from numpy.typing import NDArray
 from gait_segmentation.drawing import Image, track_colour
 from gait_segmentation.files.output_files import write_file
 from gait_segmentation.geometry import Box
-from gait_segmentation.sheets import contact_sheet, spread, tile
 from gait_tools.evaluation.metrics import PERSON, FrameScore, mean_known, true_box
 from gait_tools.evaluation.runner import Outcome
 from gait_tools.evaluation.sequence import Sequence
 from gait_tools.evaluation.tracking_score import MISSING, TrackingScore
-from gait_tools.outputs import write_picture, writing
+from gait_tools.outputs import SAYS, write_picture, writing
+from gait_tools.sheets import contact_sheet, spread, tile
 
 if TYPE_CHECKING:
     # Which takes long to load.
@@ -288,13 +289,15 @@ def write_image(path: Path, image: Image) -> None:
 
 def write_figure(path: Path, figure: Figure) -> None:
     """
-    Write a figure of matplotlib as PNG, making its folder.
+    Write a figure of matplotlib as PNG that says that it is from here, making its folder.
 
     :raises SequenceError: if it cannot be written.
     """
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path)
+        data = io.BytesIO()
+        figure.savefig(data, format='png', metadata=SAYS)
+        write_file(path, data.getvalue())
 
 
 def plot_priors(path: Path, reports: Mapping[str, Mapping[str, Any]]) -> None:

@@ -40,6 +40,8 @@ Boxes = dict[int, tuple[Box, ...]]
 _FIRST_STAMP_NS = 1_000_000_000
 """Stamp of frame 0: a stamp of zero means "no stamp" to the stages."""
 
+_RATES_HZ = (0.01, 1000.0)
+
 _NUMBER = re.compile(r'[0-9]+$')
 _TIMED = re.compile(r'([^:]+)(?::([0-9]+)(?::([1-9][0-9]*))?)?')
 """Name of heat maps, how many frames late they come, and of which of them there is one."""
@@ -247,9 +249,10 @@ class Sequence:
 def _fps(about: dict[str, Any], path: Path) -> float:
     if 'fps' not in about:
         raise SequenceError(f'{path} has no fps')
-    if not (_finite(about['fps']) and about['fps'] > 0):
-        raise SequenceError(f'fps in {path} must be a positive number, got {about["fps"]!r}')
-    return float(about['fps'])
+    fps, (low, high) = about['fps'], _RATES_HZ
+    if not (_finite(fps) and low <= fps <= high):
+        raise SequenceError(f'fps in {path} must be from {low:g} to {high:g}, got {fps!r}')
+    return float(fps)
 
 
 def _initial_frame(about: dict[str, Any], path: Path, frames: Frames) -> int:

@@ -27,8 +27,8 @@ from gait_segmentation.geometry import Box, template_to_image
 from gait_segmentation.matching.common_areas import splitting_ids
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.sampling import antialiasing_side, resampled
-from gait_segmentation.sheets import contact_sheet, crop
 from gait_tools.figures.walk import Phases, Shot
+from gait_tools.sheets import contact_sheet, crop
 
 CLEAR = 30
 """How far the likelihood of the pixel shown is from black and white, if there is such a pixel."""

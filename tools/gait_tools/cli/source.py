@@ -55,7 +55,7 @@ _EPILOG = """\
 exit code: 0, also after Ctrl-C; 1 if the input breaks off where it is damaged;
 2 if it cannot be used, or not enough subscribers came in time
 
-examples (after colcon build with "ros2 run gait_segmentation" in front)
+examples
   gait_source walk.mp4 --width 960 --wait-for 2
   gait_source frames/ --rate 15 --start 40 --count 100 --loop
   gait_source walk_bag --topic /camera/image_raw --keep-stamps --clock
@@ -215,9 +215,9 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _run(given: list[str]) -> int:
-    options = parser().parse_args(remove_ros_args(given)[1:])
     node: Node | None = None
     try:
+        options = parser().parse_args(remove_ros_args(given)[1:])
         rclpy.init(args=given)
         node = Node('gait_source')
         published = publish_input(options, node)
@@ -231,7 +231,7 @@ def _run(given: list[str]) -> int:
     except (GaitSegmentationError, OSError):
         raise
     except Exception as error:
-        # What rclpy does not understand, or refuses, unless a signal has shut it down.
+        # What rclpy does not understand or refuses, unless a signal has shut it down meanwhile.
         if node is None or rclpy.ok():
             raise ConfigError(str(error).partition('\n')[0].rstrip(':')) from error
     finally:
