@@ -61,10 +61,10 @@ _ASK_S = 0.2
 """How often a worker asks whether it is to break off, and the command how its workers are."""
 
 _CONNECT_S = 5
-_ALONE_S = 20.0
+ALONE_S = 20.0
 """How long a cluster may be without workers."""
 
-_ALONE = f'the cluster has no workers: waiting {_ALONE_S:g} s for some'
+_ALONE = f'the cluster has no workers: waiting {ALONE_S:g} s for some'
 _GONE = 'the cluster is gone: the same command does what is left'
 
 
@@ -334,7 +334,7 @@ def _dask(address: str, workers: int) -> Iterator[Any]:
             with _signals_held(), dask.config.set({'distributed.scheduler.allowed-failures': 0}):
                 client = Client(
                     n_workers=workers, threads_per_worker=1, memory_limit=None,
-                    dashboard_address=None, silence_logs=logging.CRITICAL, set_as_default=False,
+                    dashboard_address=':0', silence_logs=logging.CRITICAL, set_as_default=False,
                 )  # fmt: skip
         try:
             if address:
@@ -406,7 +406,7 @@ def _share_out(jobs: list[Job], client: Any, stop: threading.Event, force: bool)
                     futures.clear()
                 elif deadline == math.inf:
                     print(f'gait_replay: {_ALONE}', file=sys.stderr)
-                    deadline = time.monotonic() + _ALONE_S
+                    deadline = time.monotonic() + ALONE_S
             time.sleep(_ASK_S)
             for future in [each for each in futures if each.done()]:
                 reports.append(_report_of(future, futures.pop(future)))

@@ -11,11 +11,9 @@ import pytest
 
 from gait_segmentation.cli.replaying.walks import (
     OpenGaitOutput,
-    OpenGaitPeopleOutput,
     Walks,
     normalised,
 )
-from gait_segmentation.errors import SequenceError
 from test.cli.replaying.results import STEP_NS, replayed
 
 RATE = 0.9
@@ -59,22 +57,6 @@ def test_walks_are_written_by_person_and_direction(tmp_path: Path) -> None:
     walk = pickle.loads(file.read_bytes())
     assert (walk.shape, walk.dtype) == ((6, 64, 64), np.uint8)
     assert [p.name for p in tmp_path.iterdir()] == ['walk']
-
-
-def test_everybody_may_be_a_subject(tmp_path: Path) -> None:
-    output = OpenGaitPeopleOutput(tmp_path / 'street')
-    for index in range(6):
-        people = [(3, figure(10 * index, 40), math.pi), (4, figure(200, 40), 0.0)]
-        output.add(*replayed(index, people))
-    output.close(complete=True)
-    files = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob('*.pkl')}
-    assert files == {
-        'street/street-person-003/walk/180/180.pkl',
-        'street/street-person-004/walk/000/000.pkl',
-    }
-    OpenGaitPeopleOutput.check(tmp_path / 'street')
-    with pytest.raises(SequenceError, match='is not replaced'):
-        OpenGaitOutput.check(tmp_path / 'street')
 
 
 def walks_of(frames: int, step_px: int, azimuth: float = 0.0) -> Walks:
