@@ -24,7 +24,7 @@ from tqdm import tqdm
 
 from gait_segmentation import MOST_PIXELS
 from gait_segmentation.cli.replaying.bag_output import BagOutput
-from gait_segmentation.cli.replaying.lockstep import Replayed, ahead, results_of
+from gait_segmentation.cli.replaying.lockstep import ahead, results_of
 from gait_segmentation.cli.replaying.outputs import (
     About,
     CsvOutput,
@@ -131,7 +131,7 @@ class Report:
 
     ``seen`` counts the frames that show somebody.  ``error`` says why it ended before its time,
     ``damaged`` where the input breaks off, ``left`` which outputs were left incomplete, and
-    ``notes`` what else there is to know; ``unsaid`` counts the notes that were not kept.
+    ``notes`` what else there is to know, the first of it.
     """
 
     input: Path
@@ -142,14 +142,11 @@ class Report:
     error: str = ''
     left: list[Path] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-    unsaid: int = 0
 
     def note(self, text: str) -> None:
         """Add a note, unless there are many already."""
-        if len(self.notes) < _MOST_NOTES:
-            self.notes.append(text)
-        else:
-            self.unsaid += 1
+        if len(self.notes) <= _MOST_NOTES:
+            self.notes.append(text if len(self.notes) < _MOST_NOTES else 'and so on')
 
 
 def replay(
@@ -158,14 +155,14 @@ def replay(
     stop: Callable[[], bool],
     *,
     force: bool = False,
-    shown: Callable[[Iterable[Replayed], int | None], Iterable[Replayed]] = lambda each, _: each,
+    shown: bool = False,
 ) -> Report:
     """
     Replay an input into those of its outputs that are not there yet.
 
     :param stop: says whether to break off, asked after every frame.
     :param force: make all outputs anew.
-    :param shown: passes frames on, of which there are so many (None: not known), with a bar.
+    :param shown: have a bar show how far it is.
     :returns: how it went; errors of the input and of writing are reported, not raised.
     """
     report = Report(job.input)
@@ -181,7 +178,19 @@ def replay(
         with _heat_maps(job) as maps:
             results = results_of(source, Pipeline(job.config, bank), box, report.note, maps)
             with closing(ahead(results)) as found:
-                _feed(report, outputs, shown(found, source.total), stop)
+                bar = _bar(found, total=source.total, unit='frame', desc=job.bag.name)
+                try:
+                    for frame, result in bar if shown else found:
+                        for output in outputs:
+                            with named(output.path):
+                                output.add(frame, result)
+                        report.frames += 1
+                        report.seen += any(each.track.box is not None for each in result.people)
+                        if stop():
+                            report.interrupted = True
+                            break
+                except DamagedError as error:
+                    report.damaged = str(error)
         if not report.interrupted:
             for output in outputs:
                 output.close(complete=True)
@@ -228,24 +237,6 @@ def _detected(detector: Detector, frame: Frame) -> Iterator[RecordedMap]:
         yield frame.stamp_ns, lambda: detector.map_of(image)
 
 
-def _feed(
-    report: Report, outputs: list[Output], results: Iterable[Replayed], stop: Callable[[], bool]
-) -> None:
-    """Feed the outputs, to the end of the input or until there is to be a stop."""
-    try:
-        for frame, result in results:
-            for output in outputs:
-                with named(output.path):
-                    output.add(frame, result)
-            report.frames += 1
-            report.seen += any(each.track.box is not None for each in result.people)
-            if stop():
-                report.interrupted = True
-                return
-    except DamagedError as error:
-        report.damaged = str(error)
-
-
 def replay_all(jobs: list[Job], at_a_time: int, *, force: bool, cluster: str = '') -> list[Report]:
     """
     Replay inputs until all are done, or a signal to end comes.
@@ -270,11 +261,7 @@ def replay_all(jobs: list[Job], at_a_time: int, *, force: bool, cluster: str = '
     reports: list[Report] = []
     with _until_interrupted() as stop:
         for job in jobs:
-
-            def shown(frames: Iterable[Replayed], total: int | None, job: Job = job) -> Any:
-                return _bar(frames, total=total, unit='frame', desc=job.bag.name)
-
-            reports.append(replay(job, bank, stop.is_set, force=force, shown=shown))
+            reports.append(replay(job, bank, stop.is_set, force=force, shown=True))
             if stop.is_set():
                 break
     return reports
