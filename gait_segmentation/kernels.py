@@ -15,7 +15,7 @@ import functools
 import logging
 import os
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -71,13 +71,12 @@ def _warn_uncached() -> None:
     )
 
 
-def compile_kernels(*packages: str, shown: Callable[[list[Any]], Iterable[Any]] = iter) -> int:
+def compile_kernels(*packages: str) -> int:
     """
     Compile all declared kernels of the modules that are imported, or load them from the cache.
 
     :param packages: names of packages and modules, such as ``gait_segmentation.matching``; those
         of all if there is none.
-    :param shown: passes the kernels on, one by one, and may show how far they are.
     :returns: how many the cache did not have.
     """
     # OpenCV makes tables the first time, which takes as long as some frames.
@@ -89,7 +88,7 @@ def compile_kernels(*packages: str, shown: Callable[[list[Any]], Iterable[Any]] 
         if f'{each[0].py_func.__module__}.'.startswith(roots) and each not in _ready
     ]
     before = _compiled()
-    for each in shown(wanted):
+    for each in wanted:
         function, types = each
         function.compile(normalize_signature(f'({types},)')[0])
         _ready.append(each)

@@ -245,7 +245,6 @@ def _print(reports: list[Report], seconds: float, place: Path) -> None:
     for report in reports:
         about = '' if str(report.input) in report.error else f'{report.input}: '
         said = [f'{report.input}: {note}' for note in report.notes]
-        said += [f'{report.input}: {report.unsaid} more'] * bool(report.unsaid)
         said += [f'warning: {report.damaged}'] * bool(report.damaged)
         said += [f'error: {about}{report.error}'] * bool(report.error)
         said += [f'{report.input}: interrupted'] * report.interrupted

@@ -5,8 +5,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator
-from typing import Any
 
 # Whose imports are all modules with kernels that nodes call.
 import gait_segmentation.pipeline  # noqa: F401
@@ -30,22 +28,11 @@ example:
 
 
 def _run() -> None:
-    compiled = compile_kernels(shown=_progress)
+    compiled = compile_kernels()
     if compiled:
         print(f'kernels compiled, and kept for the next start: {compiled}')
     else:
         print("nothing to do: all kernels are in Numba's cache")
-
-
-def _progress(kernels: Iterable[Any]) -> Iterator[Any]:
-    """Pass kernels on, and show how many are ready; robots have no tqdm."""
-    wanted = list(kernels)
-    for number, each in enumerate(wanted):
-        if sys.stderr.isatty():
-            print(f'\rcompiling: {number} of {len(wanted)} kernels ', end='', file=sys.stderr)
-        yield each
-    if sys.stderr.isatty():
-        print(file=sys.stderr)
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -139,8 +139,10 @@ class BagOutput(Output):
     @classmethod
     def walks(cls, path: Path) -> list[Walk] | None:
         """Return the walks in such a bag, None if it does not say."""
-        said = cls._said(path).get(_WALKS)
-        return None if said is None else [Walk(**each) for each in json.loads(said)]
+        try:
+            return [Walk(**each) for each in json.loads(cls._said(path)[_WALKS])]
+        except (LookupError, TypeError, ValueError):
+            return None
 
     @staticmethod
     def _said(path: Path) -> dict[str, str]:
@@ -196,18 +198,17 @@ class BagOutput(Output):
             raise
 
     def _connect(self, topic: str, kind: str, latched: bool = False) -> None:
+        durability = interfaces.QosDurability
         qos = interfaces.Qos(
-            interfaces.QosHistory.KEEP_LAST,
-            1 if latched else DEPTH,
-            interfaces.QosReliability.RELIABLE,
-            interfaces.QosDurability.TRANSIENT_LOCAL
-            if latched
-            else interfaces.QosDurability.VOLATILE,
-            _FOREVER,
-            _FOREVER,
-            interfaces.QosLiveliness.AUTOMATIC,
-            _FOREVER,
-            False,
+            history=interfaces.QosHistory.KEEP_LAST,
+            depth=1 if latched else DEPTH,
+            reliability=interfaces.QosReliability.RELIABLE,
+            durability=durability.TRANSIENT_LOCAL if latched else durability.VOLATILE,
+            deadline=_FOREVER,
+            lifespan=_FOREVER,
+            liveliness=interfaces.QosLiveliness.AUTOMATIC,
+            liveliness_lease_duration=_FOREVER,
+            avoid_ros_namespace_conventions=False,
         )
         self._connections[topic] = self._writer.add_connection(
             f'/{topic}', kind, typestore=self._messages.store, offered_qos_profiles=[qos]

@@ -23,7 +23,7 @@ import cv2
 
 from gait_segmentation import MOST_PIXELS
 from gait_segmentation.cli.replaying.bag_output import BagOutput
-from gait_segmentation.cli.replaying.lockstep import Replayed, ahead, results_of
+from gait_segmentation.cli.replaying.lockstep import ahead, results_of
 from gait_segmentation.cli.replaying.outputs import (
     About,
     CsvOutput,
@@ -59,10 +59,10 @@ _ASK_S = 0.2
 """How often a worker asks whether it is to break off, and the command how its workers are."""
 
 _CONNECT_S = 5
-_ALONE_S = 20.0
+ALONE_S = 20.0
 """How long a cluster may be without workers."""
 
-_ALONE = f'the cluster has no workers: waiting {_ALONE_S:g} s for some'
+_ALONE = f'the cluster has no workers: waiting {ALONE_S:g} s for some'
 _GONE = 'the cluster is gone: the same command does what is left'
 
 
@@ -129,7 +129,7 @@ class Report:
 
     ``seen`` counts the frames that show somebody.  ``error`` says why it ended before its time,
     ``damaged`` where the input breaks off, ``left`` which outputs were left incomplete, and
-    ``notes`` what else there is to know; ``unsaid`` counts the notes that were not kept.
+    ``notes`` what else there is to know, the first of it.
     """
 
     input: Path
@@ -140,14 +140,11 @@ class Report:
     error: str = ''
     left: list[Path] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-    unsaid: int = 0
 
     def note(self, text: str) -> None:
         """Add a note, unless there are many already."""
-        if len(self.notes) < _MOST_NOTES:
-            self.notes.append(text)
-        else:
-            self.unsaid += 1
+        if len(self.notes) <= _MOST_NOTES:
+            self.notes.append(text if len(self.notes) < _MOST_NOTES else 'and so on')
 
 
 def replay(
@@ -156,14 +153,14 @@ def replay(
     stop: Callable[[], bool],
     *,
     force: bool = False,
-    shown: Callable[[Iterable[Replayed], int | None], Iterable[Replayed]] = lambda each, _: each,
+    shown: bool = False,
 ) -> Report:
     """
     Replay an input into those of its outputs that are not there yet.
 
     :param stop: says whether to break off, asked after every frame.
     :param force: make all outputs anew.
-    :param shown: passes frames on, of which there are so many (None: not known), with a bar.
+    :param shown: have a bar show how far it is.
     :returns: how it went; errors of the input and of writing are reported, not raised.
     """
     report = Report(job.input)
@@ -179,7 +176,19 @@ def replay(
         with _heat_maps(job) as maps:
             results = results_of(source, Pipeline(job.config, bank), box, report.note, maps)
             with closing(ahead(results)) as found:
-                _feed(report, outputs, shown(found, source.total), stop)
+                bar = _bar(found, total=source.total, unit='frame', desc=job.bag.name)
+                try:
+                    for frame, result in bar if shown else found:
+                        for output in outputs:
+                            with named(output.path):
+                                output.add(frame, result)
+                        report.frames += 1
+                        report.seen += any(each.track.box is not None for each in result.people)
+                        if stop():
+                            report.interrupted = True
+                            break
+                except DamagedError as error:
+                    report.damaged = str(error)
         if not report.interrupted:
             for output in outputs:
                 output.close(complete=True)
@@ -226,24 +235,6 @@ def _detected(detector: Detector, frame: Frame) -> Iterator[RecordedMap]:
         yield frame.stamp_ns, lambda: detector.map_of(image)
 
 
-def _feed(
-    report: Report, outputs: list[Output], results: Iterable[Replayed], stop: Callable[[], bool]
-) -> None:
-    """Feed the outputs, to the end of the input or until there is to be a stop."""
-    try:
-        for frame, result in results:
-            for output in outputs:
-                with named(output.path):
-                    output.add(frame, result)
-            report.frames += 1
-            report.seen += any(each.track.box is not None for each in result.people)
-            if stop():
-                report.interrupted = True
-                return
-    except DamagedError as error:
-        report.damaged = str(error)
-
-
 def replay_all(jobs: list[Job], at_a_time: int, *, force: bool, cluster: str = '') -> list[Report]:
     """
     Replay inputs until all are done, or a signal to end comes.
@@ -268,11 +259,7 @@ def replay_all(jobs: list[Job], at_a_time: int, *, force: bool, cluster: str = '
     reports: list[Report] = []
     with _until_interrupted() as stop:
         for job in jobs:
-
-            def shown(frames: Iterable[Replayed], total: int | None, job: Job = job) -> Any:
-                return _bar(frames, total=total, unit='frame', desc=job.bag.name)
-
-            reports.append(replay(job, bank, stop.is_set, force=force, shown=shown))
+            reports.append(replay(job, bank, stop.is_set, force=force, shown=True))
             if stop.is_set():
                 break
     return reports
@@ -338,7 +325,7 @@ def _dask(address: str, workers: int) -> Iterator[Any]:
             with _signals_held(), dask.config.set({'distributed.scheduler.allowed-failures': 0}):
                 client = Client(
                     n_workers=workers, threads_per_worker=1, memory_limit=None,
-                    dashboard_address=None, silence_logs=logging.CRITICAL, set_as_default=False,
+                    dashboard_address=':0', silence_logs=logging.CRITICAL, set_as_default=False,
                 )  # fmt: skip
         try:
             if address:
@@ -410,7 +397,7 @@ def _share_out(jobs: list[Job], client: Any, stop: threading.Event, force: bool)
                     futures.clear()
                 elif deadline == math.inf:
                     print(f'gait_replay: {_ALONE}', file=sys.stderr)
-                    deadline = time.monotonic() + _ALONE_S
+                    deadline = time.monotonic() + ALONE_S
             time.sleep(_ASK_S)
             for future in [each for each in futures if each.done()]:
                 reports.append(_report_of(future, futures.pop(future)))

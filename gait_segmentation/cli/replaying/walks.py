@@ -36,7 +36,6 @@ SUMMARY_COLUMNS = (
     'frames',
     'direction_rad',
     'cadence_steps_per_min',
-    'speed_heights_per_s',
     'confidence',
     'silhouettes',
 )
@@ -53,9 +52,6 @@ _SIDE = 64
 
 _VIEW_STEP = 45
 
-_APART_S = 1.0
-"""Between two places that give a speed: about a stride, within which people sway."""
-
 
 @dataclass(frozen=True)
 class Walk:
@@ -64,8 +60,8 @@ class Walk:
 
     ``walk`` is ``direction_rad``, the mean walking direction in the image, in degrees in steps of
     45: 000 = to the right, 090 = away from the camera, 180 = to the left, 270 = towards the
-    camera.  Cadence and speed are medians, None where they are not known; the speed is that in
-    the image, in heights of the body a second.  ``confidence`` is the mean of the match's.
+    camera.  The cadence is the median, None where it is not known, ``confidence`` the mean of the
+    match's.
     """
 
     person: int
@@ -73,7 +69,6 @@ class Walk:
     frames: int
     direction_rad: float
     cadence_steps_per_min: float | None
-    speed_heights_per_s: float | None
     confidence: float
 
 
@@ -94,12 +89,9 @@ class Walks:
         for person in result.people:
             if _has_silhouette(person):
                 match = person.match
-                about = (match.stamp_ns / 1e9, match.azimuth, match.confidence)
-                gait = (math.nan,) * 4
-                if match.body is not None:
-                    body = match.body
-                    gait = (match.phase_rate, body.center_x, body.center_y, body.height)
-                self._seen.setdefault(person.track.track_id, []).append(about + gait)
+                rate = match.phase_rate if match.body is not None else math.nan
+                about = (match.azimuth, match.confidence, rate)
+                self._seen.setdefault(person.track.track_id, []).append(about)
 
     def all(self) -> list[Walk]:
         """Return the walks that are long enough, by track id."""
@@ -111,27 +103,17 @@ class Walks:
 
 
 def _walk(track_id: int, seen: np.ndarray) -> Walk:
-    azimuth, confidence = seen[:, 1], seen[:, 2]
-    times, _, _, rates, x, y, heights = seen[np.isfinite(seen[:, 3])].T
+    azimuth, confidence, rates = seen.T
+    rates = rates[np.isfinite(rates)]
     direction = math.atan2(float(np.sin(azimuth).mean()), float(np.cos(azimuth).mean()))
-    later = np.searchsorted(times, times + _APART_S)
-    first = np.flatnonzero(later < len(times))
-    later = later[first]
-    moved = np.hypot(x[later] - x[first], y[later] - y[first])
-    height = (heights[later] + heights[first]) / 2
     return Walk(
         track_id,
         f'{round(math.degrees(direction) / _VIEW_STEP) * _VIEW_STEP % 360:03d}',
         len(seen),
         round(direction, 4),
-        _median(60 * STEPS_PER_STRIDE * rates, 1),
-        _median(moved / height / (times[later] - times[first]), 3),
+        round(60 * STEPS_PER_STRIDE * float(np.median(rates)), 1) if len(rates) else None,
         round(float(confidence.mean()), 3),
     )
-
-
-def _median(values: np.ndarray, digits: int) -> float | None:
-    return round(float(np.median(values)), digits) if len(values) else None
 
 
 def normalised(mask: NDArray[np.uint8]) -> NDArray[np.uint8]:

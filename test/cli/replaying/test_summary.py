@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import csv
 import pickle
-import sys
 from pathlib import Path
 
 import pytest
@@ -22,12 +21,11 @@ def rows(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-@pytest.mark.parametrize('subjects', ['film', 'person'])
 def test_every_walk_has_a_row_that_leads_to_its_silhouettes(
-    given: list[str], folder: Path, tmp_path: Path, subjects: str
+    given: list[str], folder: Path, tmp_path: Path
 ) -> None:
     table = tmp_path / 'new/walks.csv'
-    wanted = ['--opengait', str(tmp_path / 'gait'), '--subjects', subjects]
+    wanted = ['--opengait', str(tmp_path / 'gait')]
     assert main([*given, *wanted, '--summary', str(table)]) == 0
     (row,) = rows(table)
     assert tuple(row) == tuple(SUMMARY_COLUMNS)
@@ -36,7 +34,6 @@ def test_every_walk_has_a_row_that_leads_to_its_silhouettes(
     assert int(row['frames']) == FRAMES - 1
     assert len(pickle.loads(Path(row['silhouettes']).read_bytes())) == FRAMES - 1
     assert 0 < float(row['cadence_steps_per_min']) < 300
-    assert row['speed_heights_per_s'] == ''
 
 
 def test_what_was_done_before_is_in_it_and_a_table_is_replaced(
@@ -80,29 +77,3 @@ def test_nothing_else_is_replaced(
     assert reason in capsys.readouterr().err
     assert (tmp_path / 'letter.csv').read_text() == 'dear'
     assert not (tmp_path / 'out').exists()
-
-
-@pytest.mark.usefixtures('signal_handlers')
-def test_parquet_without_pyarrow_is_told_before_anything_is_done(
-    given: list[str], tmp_path: Path, capsys, monkeypatch
-) -> None:
-    monkeypatch.setitem(sys.modules, 'pyarrow', None)
-    table = ['--summary', str(tmp_path / 'walks.parquet')]
-    assert main([*given, *table]) == 2
-    assert "pyarrow is not installed: pip install pyarrow, or '.[archive]'" in (
-        capsys.readouterr().err
-    )
-    assert not (tmp_path / 'out').exists()
-
-
-def test_parquet_holds_the_same(given: list[str], tmp_path: Path, capsys) -> None:
-    parquet = pytest.importorskip('pyarrow.parquet', reason='needs the extra archive')
-    tables = [tmp_path / 'walks.csv', tmp_path / 'walks.parquet']
-    for table in [*tables, tables[1]]:
-        assert main([*given, '--summary', str(table)]) == 0
-    (expected,) = rows(tables[0])
-    (row,) = parquet.read_table(tables[1]).to_pylist()
-    assert {k: '' if v is None else str(v) for k, v in row.items()} == expected
-    tables[1].write_bytes(b'somebody else')
-    assert main([*given, '--summary', str(tables[1])]) == 2
-    assert 'was not made by gait_replay' in capsys.readouterr().err

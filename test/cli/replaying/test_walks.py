@@ -11,12 +11,10 @@ import pytest
 
 from gait_segmentation.cli.replaying.walks import (
     OpenGaitOutput,
-    OpenGaitPeopleOutput,
     Walks,
     normalised,
 )
-from gait_segmentation.errors import SequenceError
-from test.cli.replaying.results import STEP_NS, replayed
+from test.cli.replaying.results import replayed
 
 RATE = 0.9
 """Strides a second, of the results made up."""
@@ -61,22 +59,6 @@ def test_walks_are_written_by_person_and_direction(tmp_path: Path) -> None:
     assert [p.name for p in tmp_path.iterdir()] == ['walk']
 
 
-def test_everybody_may_be_a_subject(tmp_path: Path) -> None:
-    output = OpenGaitPeopleOutput(tmp_path / 'street')
-    for index in range(6):
-        people = [(3, figure(10 * index, 40), math.pi), (4, figure(200, 40), 0.0)]
-        output.add(*replayed(index, people))
-    output.close(complete=True)
-    files = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob('*.pkl')}
-    assert files == {
-        'street/street-person-003/walk/180/180.pkl',
-        'street/street-person-004/walk/000/000.pkl',
-    }
-    OpenGaitPeopleOutput.check(tmp_path / 'street')
-    with pytest.raises(SequenceError, match='is not replaced'):
-        OpenGaitOutput.check(tmp_path / 'street')
-
-
 def walks_of(frames: int, step_px: int, azimuth: float = 0.0) -> Walks:
     walks = Walks()
     for index in range(frames):
@@ -84,16 +66,12 @@ def walks_of(frames: int, step_px: int, azimuth: float = 0.0) -> Walks:
     return walks
 
 
-def test_a_walk_has_its_direction_cadence_speed_and_confidence() -> None:
+def test_a_walk_has_its_direction_cadence_and_confidence() -> None:
     (walk,) = walks_of(40, 4, math.pi - 0.1).all()
     assert (walk.person, walk.walk, walk.frames) == (3, '180', 40)
     assert walk.direction_rad == pytest.approx(math.pi - 0.1, abs=1e-4)
     assert walk.cadence_steps_per_min == pytest.approx(120 * RATE)
-    assert walk.speed_heights_per_s == pytest.approx(4e9 / STEP_NS / 128, rel=0.01)
     assert walk.confidence == pytest.approx(0.7)
-    # Of what ends within a second it is not known.
-    (walk,) = walks_of(20, 4).all()
-    assert walk.speed_heights_per_s is None
 
 
 def test_directions_are_averaged_on_the_circle() -> None:

@@ -78,7 +78,10 @@ class Demo:
                 words = (entry / 'cmdline').read_text().replace('\0', ' ')
             except (FileNotFoundError, ProcessLookupError):
                 continue
-            if parent == self.process.pid and any(f'-m {each}' in words for each in ('gait_segmentation.nodes', 'gait_tools.cli.source')):
+            if parent == self.process.pid and any(
+                f'-m {each}' in words
+                for each in ('gait_segmentation.nodes', 'gait_tools.cli.source')
+            ):
                 found[int(entry.name)] = words
         return found
 
