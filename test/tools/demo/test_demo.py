@@ -128,7 +128,7 @@ def test_everything_is_written(demo: Demo, film, tmp_path: Path) -> None:
     [
         ('', signal.SIGINT, 130, 'interrupted'),
         ('', signal.SIGKILL, -signal.SIGKILL, ''),
-        (' segmenter ', signal.SIGKILL, 2, 'gait_segmenter was killed by signal 9'),
+        ('segmenter_node', signal.SIGKILL, 2, 'gait_segmenter was killed by signal 9'),
     ],
 )
 def test_whatever_ends_it_leaves_no_process_behind(
