@@ -8,10 +8,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
@@ -20,9 +16,6 @@ from gait_segmentation.matching.common_areas import LANES, CommonAreas, Images, 
 _WORD = 8
 """Bytes that are copied at once."""
 _CACHE_LINE = 64
-_VECTOR = 64
-"""Bytes of the longest vector registers; the compiler makes two of one where there are none."""
-
 _MOST = 255
 """What the events of a group change a sum by at most, which 8 bits can hold."""
 _MOST_OF_STEP = 32767 // _MOST
@@ -309,95 +302,6 @@ def _gather(plane, origins, places, offsets, matrix):  # type: ignore[no-untyped
             matrix[row + places[run]] = plane[origin + offsets[run]]
 
 
-@intrinsic
-def _make_step(  # type: ignore[no-untyped-def]
-    typing, matrix, source, lo, span, groups, first, middle, last, out, old, new
-):
-    """
-    Make the common areas of a template from those of its parent, in all lanes.
-
-    Written for LLVM, in vectors of bytes: in a loop the compiler would take as few bytes at a
-    time as there are sums of 16 bits in a register.
-
-    :param matrix: flat uint8, ``LANES`` bytes for each pixel of the program.
-    :param source: as the next three in :class:`EventProgram`.
-    :param first: int64, the first group that is added, ``middle`` the first that is subtracted
-        and ``last`` the one after them.
-    :param out: flat int32; from ``old`` on there are those of the parent, int64, and from ``new``
-        on those of the template are written.
-    """
-
-    def generate(context, builder, signature, values):  # type: ignore[no-untyped-def]
-        index = ir.IntType(64)
-        first, middle, last, _, old, new = values[5:]
-        matrix, source, lo, span, groups, out = (
-            context.make_array(kind)(context, builder, value).data
-            for kind, value in zip(signature.args, values, strict=True)
-            if isinstance(kind, types.Array)
-        )
-
-        def at(array, place):  # type: ignore[no-untyped-def]
-            return builder.load(builder.gep(array, [place]))
-
-        def vector(array, place, lane, kind):  # type: ignore[no-untyped-def]
-            start = builder.gep(array, [builder.add(place, index(lane))])
-            return builder.bitcast(start, kind.as_pointer())
-
-        def joined(name, one, other):  # type: ignore[no-untyped-def]
-            kind = one.type
-            function = ir.FunctionType(kind, (kind, kind))
-            name = f'llvm.{name}.v{kind.count}i8'
-            function = cgutils.get_or_insert_function(builder.module, function, name)
-            return builder.call(function, (one, other))
-
-        def everywhere(value, size):  # type: ignore[no-untyped-def]
-            one = ir.VectorType(value.type, size)(ir.Undefined)
-            one = builder.insert_element(one, value, index(0))
-            return builder.shuffle_vector(one, one, ir.VectorType(ir.IntType(32), size)(None))
-
-        parts = []
-        for lane in range(0, LANES, _VECTOR):
-            size = min(_VECTOR, LANES - lane)
-            kinds = [ir.VectorType(ir.IntType(bits), size) for bits in (8, 16, 32)]
-            sums = [cgutils.alloca_once(builder, kind) for kind in kinds[:2]]
-            builder.store(kinds[1](None), sums[1])
-            parts.append((lane, size, kinds, sums))
-        # What is written last is on its way from memory while the events are added up.
-        number = ir.IntType(32)
-        kind = ir.FunctionType(ir.VoidType(), (ir.IntType(8).as_pointer(), *[number] * 3))
-        fetch = cgutils.get_or_insert_function(builder.module, kind, 'llvm.prefetch.p0i8')
-        for lane in range(0, LANES, _CACHE_LINE // 4):
-            place = vector(out, new, lane, ir.IntType(8))
-            builder.call(fetch, (place, number(1), number(3), number(1)))
-        for start, end, join in ((first, middle, builder.add), (middle, last, builder.sub)):
-            with cgutils.for_range(builder, end, start, index) as group:
-                for _, _, (narrow, _, _), (inner, _) in parts:
-                    builder.store(narrow(None), inner)
-                event = builder.zext(at(groups, group.index), index)
-                stop = builder.zext(at(groups, builder.add(group.index, index(1))), index)
-                with cgutils.for_range(builder, stop, event, index) as each:
-                    row = builder.mul(builder.zext(at(source, each.index), index), index(LANES))
-                    low, most = at(lo, each.index), at(span, each.index)
-                    for lane, size, (narrow, _, _), (inner, _) in parts:
-                        value = builder.load(vector(matrix, row, lane, narrow), align=1)
-                        value = joined('usub.sat', value, everywhere(low, size))
-                        value = joined('umin', value, everywhere(most, size))
-                        builder.store(builder.add(builder.load(inner), value), inner)
-                for _, _, (_, wide, _), (inner, total) in parts:
-                    change = builder.zext(builder.load(inner), wide)
-                    builder.store(join(builder.load(total), change), total)
-        for lane, _, (_, _, whole), (_, total) in parts:
-            value = builder.load(vector(out, old, lane, whole), align=4)
-            value = builder.add(value, builder.sext(builder.load(total), whole))
-            builder.store(value, vector(out, new, lane, whole), align=4)
-        return context.get_dummy_value()
-
-    return (
-        types.void(matrix, source, lo, span, groups, first, middle, last, out, old, new),
-        generate,
-    )
-
-
 @kernel(
     'u1[::1], u2[::1], u1[::1], u1[::1], i4[::1], i4[:,::1], i4[::1], i4[::1], i4[::1], i8, i8'
 )
@@ -412,8 +316,23 @@ def _run_program(  # type: ignore[no-untyped-def]
     :param out: flat int32, rows of ``stride``; row 0 must be zero.
     :param first: where the windows' results begin in a row.
     """
+    inner, total = np.empty(LANES, np.uint8), np.empty(LANES, np.int16)
     for step in range(len(target)):
-        start, middle = np.int64(bounds[step, 0]), np.int64(bounds[step, 1])
-        end = np.int64(bounds[step, 2])
+        total[:] = 0
+        middle = bounds[step, 1]
+        for group in range(bounds[step, 0], bounds[step, 2]):
+            # In bytes as long as they can hold the sums: so the vector unit adds twice as many.
+            inner[:] = 0
+            for event in range(np.int64(groups[group]), np.int64(groups[group + 1])):
+                at = np.uint64(source[event]) * np.uint64(LANES)
+                values = matrix[at : at + np.uint64(LANES)]
+                low, most = lo[event], span[event]
+                for lane in range(LANES):
+                    value = min(np.uint8(max(values[lane], low) - low), most)
+                    inner[lane] = np.uint8(inner[lane] + value)
+            sign = np.int16(1 if group < middle else -1)
+            for lane in range(LANES):
+                total[lane] = np.int16(total[lane] + sign * np.int16(inner[lane]))
         old, new = base[step] * stride + first, target[step] * stride + first
-        _make_step(matrix, source, lo, span, groups, start, middle, end, out, old, new)
+        for lane in range(LANES):
+            out[new + lane] = out[old + lane] + np.int32(total[lane])
