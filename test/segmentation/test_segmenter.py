@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import BodyFrame, Box, Placement
+from gait_segmentation.paper.vocabulary import VocabularyError
 from gait_segmentation.results import MatchResult
 from gait_segmentation.segmentation import SegmentationConfig
 from gait_segmentation.segmentation.segmenter import (
@@ -17,7 +18,6 @@ from gait_segmentation.segmentation.segmenter import (
     no_finer,
     window_about,
 )
-from gait_segmentation.segmentation.vocabulary import VocabularyError
 
 SHAPE = (160, 120)
 BODY = BodyFrame(60, 80, 120)

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box, check_matched_box
+from gait_segmentation.paper.features import FeatureSelector, View
 from gait_segmentation.results import Feedback
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
-from gait_segmentation.tracking.features import FeatureSelector, View
 from test.walkers import box_of, clip, small_bank
 
 CONFIG = TrackingConfig(

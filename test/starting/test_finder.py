@@ -16,10 +16,8 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting import StartingConfig, WalkerFinder
-from gait_segmentation.starting.finding.blobs import Blob
-from gait_segmentation.starting.finding.finder import Candidate, follow
-from gait_segmentation.starting.finding.shapes import BodyShapes, normalised, tanimoto
-from gait_segmentation.starting.finding.walking import MODEL_FILE, log_odds
+from gait_segmentation.starting.blobs import Blob, BodyShapes, normalised, tanimoto
+from gait_segmentation.starting.finder import MODEL_FILE, Candidate, follow, log_odds
 from test.walkers import box_of, clip, small_bank
 
 PERIOD_NS = 40_000_000
@@ -216,7 +214,7 @@ def test_what_spoke_against_a_walker_is_made_up_for_at_once(
         judged.append(-4.0 if len(judged) < 12 else 4.0)
         return judged[-1]
 
-    monkeypatch.setattr('gait_segmentation.starting.finding.finder.log_odds', log_odds)
+    monkeypatch.setattr('gait_segmentation.starting.finder.log_odds', log_odds)
     finder = WalkerFinder(small_bank())
     for number, image in enumerate(walk()):
         if finder.update(image, 10**9 + number * PERIOD_NS):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.finding.blobs import columns_of_people, find_blobs
+from gait_segmentation.starting.blobs import columns_of_people, find_blobs
 
 
 def image(*boxes: tuple[int, int, int, int]) -> np.ndarray:

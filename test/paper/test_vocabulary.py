@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.segmentation.vocabulary import (
+from gait_segmentation.paper.vocabulary import (
     Vocabulary,
     VocabularyError,
     default_vocabulary,

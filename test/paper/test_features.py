@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.tracking.features import (
+from gait_segmentation.paper.features import (
     NEUTRAL,
     POOL,
     FeatureModel,

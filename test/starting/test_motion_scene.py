@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.finding.scene import MotionScene, SceneFrame
+from gait_segmentation.starting.motion_scene import MotionScene, SceneFrame
 
 SHAPE = (120, 160)
 PERIOD = 0.04

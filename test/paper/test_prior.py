@@ -9,10 +9,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.results import MatchResult
-from gait_segmentation.segmentation import SegmentationConfig
-from gait_segmentation.segmentation.graph_cut import CAPACITY, distance_links, open_graph
-from gait_segmentation.segmentation.paper_prior import (
+from gait_segmentation.paper.prior import (
     EdgePoints,
     Gradient,
     confirmed,
@@ -21,8 +18,11 @@ from gait_segmentation.segmentation.paper_prior import (
     paper_terms,
     silhouette_edges,
 )
+from gait_segmentation.paper.vocabulary import default_vocabulary
+from gait_segmentation.results import MatchResult
+from gait_segmentation.segmentation import SegmentationConfig
+from gait_segmentation.segmentation.graph_cut import CAPACITY, distance_links, open_graph
 from gait_segmentation.segmentation.segmenter import Segmenter
-from gait_segmentation.segmentation.vocabulary import default_vocabulary
 from gait_tools.gait_model import render_silhouette
 from test.segmentation.grids import NEIGHBOURS, links_of
 
@@ -48,9 +48,10 @@ def clutter() -> np.ndarray:
     return image
 
 
-def terms(prior: np.ndarray, grey: np.ndarray, **changes: Any) -> Any:
-    config = SegmentationConfig(prior='paper', **changes)
-    return paper_terms(prior, grey, BODY, default_vocabulary(), config)
+def terms(prior: np.ndarray, grey: np.ndarray, **changes: float) -> Any:
+    usual = {'reach': 0.12, 'depth': 0.04, 'orientation': 1.0, 'search': 0.01}
+    usual |= {'unconfirmed': 0.8, 'strongest': 4.0}
+    return paper_terms(prior, grey, BODY, default_vocabulary(), **(usual | changes))
 
 
 def plain_distance(points: EdgePoints) -> np.ndarray:
@@ -107,7 +108,7 @@ def test_the_templates_own_outline_costs_next_to_nothing() -> None:
 
 def test_psi_is_saturated_and_far_pixels_are_background() -> None:
     prior = template()
-    logit, psi = terms(prior, np.full(SHAPE, 90, np.uint8), paper_reach=0.1)
+    logit, psi = terms(prior, np.full(SHAPE, 90, np.uint8), reach=0.1)
     assert (psi.min(), psi.max()) == (0, 1)
     away = plain_distance(silhouette_edges(prior, HEIGHT))
     outside = prior <= 127
@@ -119,9 +120,7 @@ def test_psi_is_saturated_and_far_pixels_are_background() -> None:
 def test_inside_psi_rises_as_fast_as_limbs_are_thin() -> None:
     prior = template()
     flat = np.full(SHAPE, 90, np.uint8)
-    steep, even = (
-        terms(prior, flat, paper_depth=depth, paper_unconfirmed=1.0)[1] for depth in (0.02, 0.12)
-    )
+    steep, even = (terms(prior, flat, depth=depth, unconfirmed=1.0)[1] for depth in (0.02, 0.12))
     inside = prior > 127
     np.testing.assert_allclose(steep[inside], np.minimum(6 * even[inside], 1), atol=1e-4)
     np.testing.assert_array_equal(steep[~inside], even[~inside])
@@ -133,7 +132,7 @@ def test_inside_psi_rises_as_fast_as_limbs_are_thin() -> None:
 
 def test_what_is_far_stays_background_against_all_evidence() -> None:
     flat = np.full(SHAPE, 90, np.uint8)
-    logit, _ = terms(template(), flat, contrast=30.0, paper_weight=20.0)
+    logit, _ = terms(template(), flat, strongest=50.0)
     strongest = np.log(511) + (4 + 4 / np.sqrt(2)) * (30 + 20)
     assert logit.min() < -strongest
 
@@ -141,8 +140,8 @@ def test_what_is_far_stays_background_against_all_evidence() -> None:
 def test_an_unconfirmed_outline_costs_less() -> None:
     prior = template()
     flat = np.full(SHAPE, 90, np.uint8)
-    full = terms(prior, flat, paper_unconfirmed=1.0)[1]
-    less = terms(prior, flat, paper_unconfirmed=0.8)[1]
+    full = terms(prior, flat, unconfirmed=1.0)[1]
+    less = terms(prior, flat, unconfirmed=0.8)[1]
     near = (full > 0) & (full < 0.9)
     np.testing.assert_allclose(less[near], 0.8 * full[near], rtol=1e-5)
     # Where the image has the outline itself, it is confirmed nearly everywhere.
@@ -175,8 +174,8 @@ def test_a_template_without_an_outline_adds_nothing(rows: slice) -> None:
 
 def test_the_search_takes_the_least_about_a_pixel() -> None:
     flat = np.full(SHAPE, 90, np.uint8)
-    narrow = terms(template(), flat, paper_search=0.0, paper_unconfirmed=1.0)[1]
-    wide = terms(template(), flat, paper_search=0.03, paper_unconfirmed=1.0)[1]
+    narrow = terms(template(), flat, search=0.0, unconfirmed=1.0)[1]
+    wide = terms(template(), flat, search=0.03, unconfirmed=1.0)[1]
     # From a disk of one pixel to one of three, of the twelve in which psi rises to 1 outside.
     middle = (narrow > 0.4) & (narrow < 1) & (template() <= 127)
     np.testing.assert_allclose(narrow[middle] - wide[middle], 2 / 12, atol=0.8 / 12)
