@@ -14,11 +14,8 @@ from gait_segmentation.gait_model.bank import (
     FORMAT_VERSION,
     TemplateBank,
     default_bank,
-    extents,
-    open_bank,
     quantize,
 )
-from gait_segmentation.geometry import Box
 
 
 def make(**changes):
@@ -184,14 +181,6 @@ def test_a_failed_write_leaves_the_old_file_and_no_rubbish(tmp_path, monkeypatch
     assert [file.name for file in tmp_path.iterdir()] == ['bank.npz']
 
 
-def test_a_bank_is_opened_by_its_file_and_the_standard_one_without(tmp_path):
-    make().save(tmp_path / 'bank.npz')
-    assert open_bank(str(tmp_path / 'bank.npz')).grid == (4, 5)
-    with pytest.raises(BankError):
-        open_bank(str(tmp_path / 'missing.npz'))
-    assert open_bank('') is default_bank()
-
-
 def test_the_standard_bank_has_480_templates():
     bank = default_bank()
     assert (len(set(bank.azimuth.tolist())), bank.phases, set(bank.builds)) == (
@@ -212,15 +201,3 @@ def test_quantize(levels):
     assert once[255] == 255
     assert (np.diff(once.astype(int)) >= 0).all()
     assert np.abs(once.astype(int) - values).max() <= 255 / (levels - 1) / 2 + 1
-
-
-def test_extents_are_the_boxes_of_the_thresholded_images():
-    images = np.random.default_rng(1).integers(0, 256, (2, 3, 20, 15)).astype(np.uint8)
-    images[0, 0] = 0
-    images[:, :, :4] = images[:, :, :, 11:] = 9
-    for threshold, found in zip((250, 30, 0), extents(images, (250, 30, 0)), strict=True):
-        assert found.shape == (2, 3, 4)
-        for place in np.ndindex(2, 3):
-            box = Box.around(images[place] > threshold)
-            expected = (0, 0, 0, 0) if box is None else (box.x, box.y, box.width, box.height)
-            assert tuple(found[place]) == expected

@@ -13,17 +13,16 @@ import cv2
 import numpy as np
 import pytest
 
+from benchmarks.synthetic.perspective import CAMERAS, PATHS, Walk, film, locate, true_matches
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.localization import (
     CameraPose,
-    LocalizationConfig,
     Localizer,
     Location,
     PinholeCamera,
 )
 from gait_segmentation.localization.localizer import DEPTH, GROUND, PREDICTED
 from gait_segmentation.results import MatchResult
-from test.localization.perspective import CAMERAS, PATHS, Walk, film, locate, true_matches
 
 SECONDS = 1.5
 NOISE = 0.01
@@ -151,12 +150,6 @@ def test_depth_at_the_outline_does_not_count() -> None:
         np.testing.assert_array_equal(spoilt.position, clean.position)
 
 
-def test_depth_alone_needs_no_ground() -> None:
-    found = walked('across', 'level')
-    places = run(found, pose=CameraPose.above_ground(0.0))
-    assert all(error(place, shot) < 0.1 for place, (shot, _, _) in zip(places, found, strict=True))
-
-
 def alongside(speed: float, stride_rate: float) -> Location:
     """Return where a robot at the side of a walker, whose steps are given, sees them at last."""
     _, about, mask, model, pose = first()
@@ -193,16 +186,6 @@ def test_heading_is_by_gait_at_first_and_front_and_back_are_told_apart_by_motion
     assert last.heading @ last.up == pytest.approx(0, abs=1e-12)
     assert np.linalg.eigvalsh(last.covariance).min() > 0
     assert last.stature == pytest.approx(1.75, abs=0.08)
-
-
-@pytest.mark.parametrize('config', [{'depth_error': 0.0}, {'feet_error': 0.001}])
-def test_a_place_that_is_said_to_be_exact_has_a_covariance_all_the_same(config: dict) -> None:
-    found = walked('across', 'level')
-    localizer = Localizer(LocalizationConfig(**config))
-    model, pose = CAMERAS['level']
-    for shot, about, mask in found:
-        (place,) = localizer.update([about], [mask], model, pose, shot.depth)
-        assert np.linalg.eigvalsh(place.covariance).min() > 0
 
 
 FAR_OFF = {
@@ -243,21 +226,13 @@ def test_whoever_is_straight_below_the_camera_is_not_located(off: float, grounde
     assert (place is not None) == grounded
 
 
-def test_an_error_that_no_door_refuses_costs_one_person_only(monkeypatch) -> None:
+def test_an_error_that_no_door_refuses_costs_one_person_only() -> None:
     shot, about, mask, model, pose = first()
-    other = dataclasses.replace(about, track_id=2)
+    other = dataclasses.replace(about, track_id=2, azimuth=math.inf)
     localizer = Localizer()
-    usual = localizer._location
-
-    def spoilt(match, *rest):
-        if match.track_id == 2:
-            raise np.linalg.LinAlgError('Singular matrix')
-        return usual(match, *rest)
-
-    monkeypatch.setattr(localizer, '_location', spoilt)
     located = localizer.update([other, about], [mask] * 2, model, pose, shot.depth)
     assert [place and place.track_id for place in located] == [None, 1]
-    assert localizer.reasons == ('LinAlgError: Singular matrix', '')
+    assert localizer.reasons == ('ValueError: math domain error', '')
     assert localizer.failures == 1
 
 

@@ -21,10 +21,8 @@ from gait_segmentation.paper.prior import (
 from gait_segmentation.paper.vocabulary import default_vocabulary
 from gait_segmentation.results import MatchResult
 from gait_segmentation.segmentation import SegmentationConfig
-from gait_segmentation.segmentation.graph_cut import CAPACITY, distance_links, open_graph
 from gait_segmentation.segmentation.segmenter import Segmenter
 from gait_tools.gait_model import render_silhouette
-from test.segmentation.grids import NEIGHBOURS, links_of
 
 HEIGHT = 100
 SHAPE = (124, 96)
@@ -60,20 +58,6 @@ def plain_distance(points: EdgePoints) -> np.ndarray:
     return cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
 
 
-def shape_energy(psi: np.ndarray, labels: np.ndarray) -> float:
-    """Sum of the links between pixels of different labels, a link of psi = 1 counting 1."""
-    graph = open_graph(np.zeros(psi.shape, np.int8))
-    distance_links(graph, psi, 1.0)
-    links = links_of(graph)
-    total = 0
-    for direction, (d_row, d_column) in enumerate(NEIGHBOURS):
-        for row in range(psi.shape[0] - d_row):
-            for column in range(max(0, -d_column), psi.shape[1] - max(0, d_column)):
-                if labels[row, column] != labels[row + d_row, column + d_column]:
-                    total += links[direction, row, column]
-    return total / CAPACITY
-
-
 def test_without_a_penalty_it_is_the_distance_of_freedman_and_zhang() -> None:
     points, gradient = silhouette_edges(template(), HEIGHT), image_gradient(clutter())
     assert gradient.visible.any()
@@ -94,16 +78,6 @@ def test_an_edge_of_the_right_orientation_is_nearer_than_one_of_the_wrong() -> N
         costs.append(found[row, column])
     assert costs[0] == pytest.approx(2, abs=0.7)
     assert costs[1] > costs[0] + 2
-
-
-def test_the_templates_own_outline_costs_next_to_nothing() -> None:
-    prior = template()
-    _, psi = terms(prior, 60 + prior // 2)
-    inside = prior > 127
-    own = shape_energy(psi, inside)
-    shifted = shape_energy(psi, np.roll(inside, 6, axis=1))
-    assert own < 0.05 * shifted
-    assert shape_energy(psi, np.zeros(SHAPE, bool)) == 0
 
 
 def test_psi_is_saturated_and_far_pixels_are_background() -> None:
@@ -130,13 +104,6 @@ def test_inside_psi_rises_as_fast_as_limbs_are_thin() -> None:
     assert steep[trunk].max(where=inside[trunk], initial=0) == 1
 
 
-def test_what_is_far_stays_background_against_all_evidence() -> None:
-    flat = np.full(SHAPE, 90, np.uint8)
-    logit, _ = terms(template(), flat, strongest=50.0)
-    strongest = np.log(511) + (4 + 4 / np.sqrt(2)) * (30 + 20)
-    assert logit.min() < -strongest
-
-
 def test_an_unconfirmed_outline_costs_less() -> None:
     prior = template()
     flat = np.full(SHAPE, 90, np.uint8)
@@ -148,21 +115,6 @@ def test_an_unconfirmed_outline_costs_less() -> None:
     points = silhouette_edges(prior, HEIGHT)
     assert confirmed(points, image_gradient(60 + prior // 2), 1.5).mean() > 0.9
     assert not confirmed(points, image_gradient(flat), 1.5).any()
-
-
-def test_an_edge_across_the_outline_does_not_confirm_it() -> None:
-    points = EdgePoints(np.array([5]), np.array([5]), np.array([0.0], np.float32))
-    edges = np.zeros((11, 11), bool)
-    edges[5, 6] = True
-    results = []
-    for theta in (0.1, np.pi - 0.1, np.pi / 2):
-        gradient = Gradient(np.full((11, 11), theta, np.float32), edges, edges)
-        results.append(bool(confirmed(points, gradient, 1.0)[0]))
-    assert results == [True, True, False]
-    far = Gradient(np.zeros((11, 11), np.float32), np.roll(edges, 1, axis=1), edges)
-    assert confirmed(points, far, 1.0)[0]
-    gone = Gradient(far.orientation, edges, np.roll(edges, 1, axis=1))
-    assert not confirmed(points, gone, 1.0)[0]
 
 
 @pytest.mark.parametrize('rows', [slice(0, 0), slice(0, 124)])
@@ -200,41 +152,3 @@ def test_the_segmenter_cuts_off_what_is_far_from_the_template() -> None:
     inside = prior > 127
     overlap = (masks['paper'] > 0) & inside
     assert overlap.sum() > 0.97 * inside.sum()
-
-
-def disk(radius: int = 40) -> np.ndarray:
-    mask = np.zeros((120, 120), np.uint8)
-    cv2.circle(mask, (60, 60), radius, 255, -1)
-    return mask
-
-
-def test_the_outline_of_a_disk_is_on_it_and_its_gradient_radial() -> None:
-    points = silhouette_edges(disk(), 80)
-    away = np.hypot(points.rows - 60, points.columns - 60)
-    np.testing.assert_allclose(away, 40, atol=1.6)
-    assert len(points.rows) > 220
-    radial = np.arctan2(points.rows - 60, points.columns - 60) % np.pi
-    turn = np.abs(points.orientation - radial)
-    assert np.minimum(turn, np.pi - turn).max() < 0.2
-
-
-def test_orientation_is_in_half_a_turn_and_the_same_for_the_opposite_contrast() -> None:
-    dark = image_gradient((200 - disk() // 2).astype(np.uint8))
-    light = image_gradient((72 + disk() // 2).astype(np.uint8))
-    assert dark.orientation.min() >= 0
-    assert dark.orientation.max() < np.pi
-    strong = dark.visible & light.visible
-    turn = np.abs(dark.orientation - light.orientation)[strong]
-    assert np.minimum(turn, np.pi - turn).max() < 1e-3
-
-
-@pytest.mark.parametrize('level', [0, 5, 200])
-def test_a_plain_image_has_no_edges(level: int) -> None:
-    gradient = image_gradient(np.full((30, 40), level, np.uint8))
-    assert not gradient.visible.any()
-    assert not gradient.edges.any()
-
-
-def test_faint_noise_in_the_dark_is_no_edge() -> None:
-    noise = np.random.default_rng(1).integers(0, 3, (60, 60)).astype(np.uint8)
-    assert not image_gradient(noise).edges.any()

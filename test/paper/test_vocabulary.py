@@ -71,20 +71,6 @@ def test_features_are_the_place_in_the_frame_and_the_doubled_orientation() -> No
     np.testing.assert_allclose(z, [[0, 0.75, 0, 0.35]], atol=1e-6)
 
 
-def test_features_turn_and_scale_with_the_body() -> None:
-    x, y, theta = points(6, 30)
-    angle, factor = 0.3, 1.7
-    cos, sin = math.cos(angle), math.sin(angle)
-    dx, dy = x - BODY.center_x, y - BODY.center_y
-    turned = two_words().features(
-        factor * (cos * dx - sin * dy),
-        factor * (sin * dx + cos * dy),
-        theta + angle,
-        BodyFrame(0.0, 0.0, factor * BODY.height, angle),
-    )
-    np.testing.assert_allclose(turned, two_words().features(x, y, theta, BODY), atol=1e-5)
-
-
 def test_what_is_saved_is_loaded(tmp_path: Path) -> None:
     path = tmp_path / 'words.json'
     write_vocabulary(two_words(), path)

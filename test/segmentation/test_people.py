@@ -62,11 +62,6 @@ def test_somebody_lost_has_a_reason() -> None:
     ]
 
 
-def test_every_slot_must_be_given() -> None:
-    with pytest.raises(InputError, match='2 likelihoods'):
-        PeopleSegmenter(max_people=2).update(np.zeros((9, 9, 3), np.uint8), [], [])
-
-
 @pytest.mark.parametrize(
     ('likelihood', 'prior', 'message'),
     [
