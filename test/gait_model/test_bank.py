@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import os
 
 import numpy as np
@@ -69,14 +67,12 @@ def test_save_and_load(tmp_path, fine):
         ({'templates': np.zeros((1, 1, 3000, 3000), np.uint8)}, 'at most 8421504 pixels'),
         ({'azimuth': np.zeros(3, np.float32)}, '2 sequences need as many azimuths'),
         ({'azimuth': np.zeros(2)}, 'finite float32, got float64'),
-        ({'azimuth': np.array([0, np.nan], np.float32)}, 'finite float32'),
         ({'builds': ('a',)}, '2 sequences need'),
         ({'fill': 0.0}, r'fill must be in \(0, 1\], got 0.0'),
         (
             {'finer': finer(templates=np.ones((3, 3, 48, 32), np.uint8))},
             r'finer views must have phases, grid and builds .*\(48, 60\).*, got .*\(48, 32\)',
         ),
-        ({'finer': finer(templates=np.ones((3, 2, 48, 60), np.uint8))}, 'got .2, '),
         ({'finer': finer(builds=('a', 'a', 'a'))}, r"got .*\['a'\]"),
     ],
 )
@@ -107,7 +103,6 @@ def write_raw(path, **changes):
             'wrong.npz: a bank of version 99, this program reads version 2',
         ),
         ({'version': np.array('1')}, 'version.*must be a single number'),
-        ({'version': np.array(1), 'builds': np.array(3)}, 'a bank of version 1, this'),
         ({'format': np.array('something')}, "format must be .*got 'something'"),
         ({'format': None}, 'entries format and version expected'),
         ({'templates': None, 'fill': None}, 'entries missing: templates, fill'),
@@ -117,7 +112,6 @@ def write_raw(path, **changes):
             r"'fill' must be a single number, got float64 of shape \(1,\)",
         ),
         ({'provenance': np.array('{')}, 'provenance must be JSON'),
-        ({'provenance': np.array('[1]')}, 'provenance must be a JSON object of texts'),
         ({'finer_azimuth': np.zeros(1, np.float32)}, 'missing: finer_templates, finer_builds'),
         ({'fill': np.array(3.0)}, 'wrong.npz: fill must be in'),
         ({'builds': np.array([{}], dtype=object)}, 'is not a bank or is damaged.*pickle'),

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Synthetic walkers with exact depth; the bars are those of the documents."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import re

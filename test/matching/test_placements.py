@@ -59,16 +59,6 @@ def test_what_is_finer_than_the_templates_is_averaged(grid):
         assert np.abs(sampled.images.astype(int) - 127).max() <= 30
 
 
-def test_the_largest_body_height_tells_how_much_is_averaged():
-    grid = PlacementGrid((48, 32), 0.9, MatchingConfig(scales=2, scale_step=0.3, blur=1))
-    noise = np.random.default_rng(0).integers(0, 256, (300, 300), np.uint8)
-    # Its samples are 1.6 pixels apart, those of the smallest 0.56.
-    box = Box.from_center(150, 150, 20, 1.6 * grid.body / grid.scales[-1])
-    np.testing.assert_array_equal(
-        grid.sample(noise, None, box, 1).images, grid.sample(noise, None, box, 3).images
-    )
-
-
 @pytest.mark.parametrize('sign', [-1, 1])
 def test_no_parameters_make_a_body_that_makes_no_sense(sign: int) -> None:
     config = MatchingConfig(scales=5, scale_step=0.3, shifts_x=16, shifts_y=16, shift_step=0.1)

@@ -1,48 +1,20 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.paper.features import (
-    NEUTRAL,
-    POOL,
     FeatureModel,
     FeatureSelector,
     View,
     class_histograms,
 )
 
-NAMED = {feature.name: feature for feature in POOL}
 COLOURS = np.zeros((8, 12, 3), np.uint8)
 COLOURS[:, :4] = (200, 100, 50)
 COLOURS[:, 4:8] = (100, 50, 25)
 COLOURS[:, 8:] = (90, 90, 90)
-
-
-def places(name: str, seen: View) -> np.ndarray:
-    return NAMED[name].places(seen)
-
-
-def orientation(seen: View) -> np.ndarray:
-    return NAMED['orientation'].planes(seen)[0]
-
-
-@pytest.mark.parametrize('shape', [(40, 53), (3, 3), (7, 2)])
-@pytest.mark.parametrize('step', [1, 2])
-def test_orientation_is_that_of_the_structure_tensor(shape: tuple[int, int], step: int) -> None:
-    rng = np.random.default_rng(2)
-    gray = cv2.GaussianBlur(rng.integers(0, 256, shape, np.uint8), (0, 0), 0.7)
-    dx = cv2.Sobel(gray, cv2.CV_64F, 1, 0, ksize=3, scale=1 / 8)
-    dy = cv2.Sobel(gray, cv2.CV_64F, 0, 1, ksize=3, scale=1 / 8)
-    real, imaginary = (cv2.blur(part, (5, 5)) for part in (dx * dx - dy * dy, 2 * dx * dy))
-    expected = 8 + 247 * (np.arctan2(imaginary, real) / (2 * np.pi) % 1)
-    expected[np.hypot(real, imaginary) < 150] = NEUTRAL
-    seen = View(cv2.cvtColor(gray, cv2.COLOR_GRAY2BGR), gray, step=step)
-    off = np.abs(orientation(seen) - expected[::step, ::step])
-    assert np.all(np.minimum(off, 247 - off) <= 1.1)
 
 
 LABELS = np.array([[1, 1, 0, 0, 2]], np.uint8)

@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import json
 import math
 import os
@@ -98,16 +96,11 @@ def change(value: Any, *keys: str | int) -> Callable[[Any], None]:
         (change(7, 'version'), 'version must be 1, got 7'),
         (change(None, 'fill'), 'no complete vocabulary: TypeError'),
         (lambda entries: entries.pop('fill'), r"no complete vocabulary: KeyError\('fill'\)"),
-        (change(3, 'words'), 'no complete vocabulary'),
         (change([], 'words'), 'at least one word'),
-        (change([4], 'words'), 'no complete vocabulary'),
         (change(1.5, 'fill'), r'fill must be in \(0, 1\], got 1.5'),
-        (change('wide', 'aspect'), 'no complete vocabulary.*wide'),
-        (change(3, 'provenance'), 'no complete vocabulary'),
         (change(0, 'orientation_scale'), 'orientation_scale must be'),
         (change(-0.25, 'words', 0, 'weight'), 'weights must be positive'),
         (change(0.5, 'words', 0, 'weight'), 'add up to 1'),
-        (change([1.0, 2.0], 'words', 0, 'mean'), 'no complete vocabulary'),
         (change([0.5, 0.2, float('nan'), 0.0], 'words', 0, 'mean'), 'means must be finite'),
         (
             change(np.ones((4, 4)).tolist(), 'words', 0, 'covariance'),

@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest
@@ -92,6 +90,16 @@ def test_bands_that_wander_are_undone_also_behind_a_person(width: int, known: bo
     if width == 0:
         shown(light, scene())
         assert light.wave is None
+
+
+def test_what_changes_on_one_side_only_is_no_band() -> None:
+    light = Light()
+    shown(light, scene())
+    darker = scene()
+    darker[60:140, :150] //= 2
+    shown(light, darker)
+    assert light.wave is None
+    assert (light.gain == 1).all()
 
 
 def test_other_pictures_and_moved_ones_are_no_light() -> None:

@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 from collections.abc import Iterable
 from functools import cache
 from itertools import pairwise
@@ -151,28 +149,6 @@ def test_at_high_frame_rates_frames_are_left_out() -> None:
     assert any(found)
     # Nor is anything said of those that are left out.
     assert not any(one and next_one for one, next_one in pairwise(found))
-
-
-def test_the_place_is_remembered_where_somebody_is_found() -> None:
-    frames = clip(pan=0.0, frames=40)
-    # Late enough for most of the place to have been seen.
-    finder = WalkerFinder(small_bank(), StartingConfig(least_evidence=1.0))
-    for frame in frames:
-        found = finder.update(frame.image, frame.stamp_ns, [])
-        if found:
-            break
-    (box,) = found
-    window = box.padded(10, 5).slices(frame.image.shape[1], frame.image.shape[0])
-    assert finder.past(frame.stamp_ns + 1) is None
-    past = finder.past(frame.stamp_ns)
-    known = past.background(frame.image.shape[:2])
-    lab = cv2.cvtColor(frame.image[window], cv2.COLOR_BGR2Lab)
-    truth = frame.truths[0][window]
-    evidence = known.evidence(lab, window, 0.5)
-    sure = known.count[window] > 1.5
-    assert sure.mean() > 0.7
-    assert np.median(evidence[(truth == 255) & sure]) > 0.5
-    assert np.median(evidence[truth == 0]) < -0.5
 
 
 def test_who_is_on_trial_is_looked_at_but_not_found() -> None:

@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -78,11 +76,6 @@ def test_at_the_lower_border_taller_bodies_are_tried() -> None:
     assert np.allclose(cut.top, 60)
 
 
-def test_at_the_upper_border_bodies_reach_up() -> None:
-    cut = fit(Box(25, 0, 30, 60), top=True)[0]
-    assert cut.top.min() == pytest.approx(-1.8 * 60)
-
-
 def test_between_both_borders_bodies_of_one_size_are_laid_as_if_below() -> None:
     cut = fit(Box(25, 0, 30, 120), top=True, bottom=True)[0]
     assert np.allclose(cut.top, 0)
@@ -119,26 +112,3 @@ def test_leaning_templates_fill_the_box_and_keep_their_height() -> None:
     template = laid(leaning)[int(leaning.weight.argmax())] > 127
     head, feet = np.nonzero(template[12:30])[1].mean(), np.nonzero(template[85:108])[1].mean()
     assert head > feet + 15
-
-
-WINDOW = (30, 20)
-PART = (slice(4, 24), slice(3, 15))
-
-
-def hypothesis() -> tuple[Hypothesis, np.ndarray]:
-    """Return a hypothesis of three templates and these in the whole window."""
-    rng = np.random.default_rng(1)
-    whole = np.zeros((3, *WINDOW), np.uint8)
-    whole[(slice(None), *PART)] = rng.integers(0, 256, (3, 20, 12))
-    own = np.ascontiguousarray(whole[(slice(None), *PART)])
-    numbers = np.ones(3, np.float32)
-    return Hypothesis(0.0, 0.0, PART, own, numbers, numbers, numbers, numbers), whole
-
-
-def test_similarity_counts_the_whole_window() -> None:
-    laid, whole = hypothesis()
-    likelihood = np.random.default_rng(2).random(WINDOW).astype(np.float32)
-    image = np.round(255 * likelihood)
-    expected = [np.minimum(each, image).sum() / np.maximum(each, image).sum() for each in whole]
-    assert laid.similarities(likelihood) == pytest.approx(expected, rel=1e-5)
-    assert laid.similarities(whole[1] / np.float32(255))[1] == 1

@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import dataclasses
 import itertools
 
@@ -10,7 +8,6 @@ import numpy as np
 from gait_segmentation.images import distance_from
 from gait_segmentation.tracking import TrackingConfig, group
 from gait_segmentation.tracking.competition import (
-    _NEARER,
     Claim,
     compete,
 )
@@ -62,6 +59,10 @@ def test_a_mask_that_has_taken_in_somebody_does_not_keep_them() -> None:
 
 def test_several_compete_as_their_densities_say() -> None:
     """By plain sums over all pixels of the image, window after window."""
+    alone = claim(0, 0.0, 50.0)
+    # What a point that is as likely behind somebody nearer is worth says how much nearer counts.
+    nearer = compete([alone, claim(0, 0.0, 55.0)])[0][30, 20]
+    bonus = float(np.log(np.expm1(-nearer)))
     rng = np.random.default_rng(5)
     feet = {0: 50.0, 9: 55.0, 30: 52.0}
     claims = [claim(left, 0.0, below) for left, below in feet.items()]
@@ -72,7 +73,7 @@ def test_several_compete_as_their_densities_say() -> None:
         rivals = np.zeros(SHAPE)
         for other in claims:
             if other is not one:
-                depth = _NEARER if other.feet > one.feet else -_NEARER
+                depth = bonus if other.feet > one.feet else -bonus
                 rivals[other.window] += np.exp(other.logit + other.falloff + depth)
         expected.append(one.logit - np.log1p(rivals[one.window]))
     for first, second in itertools.combinations(range(3), 2):

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What masks teach: all of a person, and part of one."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

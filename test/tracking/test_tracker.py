@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2
@@ -13,7 +11,7 @@ from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
-from test.tracking.figures import BLUE, GREEN, Figure, Told, ids
+from test.tracking.figures import BLUE, GREEN, STEP_NS, Figure, Told, ids
 from test.walkers import box_of, clip, small_bank
 
 
@@ -191,20 +189,6 @@ def test_each_part_matters_and_can_be_switched_off(name: str, all_parts: TrackRe
     assert (result.likelihood != all_parts.likelihood).mean() > 0.003
 
 
-@pytest.mark.parametrize('height', [1e7, float('nan'), 0.0])
-def test_a_matched_body_that_makes_no_sense_teaches_nothing(height: float) -> None:
-    track, first = started()
-    lesson = feedback(clip()[0], first)
-    with pytest.raises(InputError, match='body must be finite, at most'):
-        track.learn(replace(lesson, body=BodyFrame(160, 120, height)))
-    other, _ = started()
-    for each in (track, other):
-        each.learn(lesson)
-    one, two = (each.update(clip()[1].image, clip()[1].stamp_ns) for each in (track, other))
-    assert one.box == two.box
-    np.testing.assert_array_equal(one.likelihood, two.likelihood)
-
-
 def test_a_box_on_somebody_tracked_starts_that_slot_anew() -> None:
     told = Told(slots=2)
     told.start(Figure(60), Figure(200, BLUE))
@@ -241,6 +225,52 @@ def test_people_of_one_size_share_a_world_and_others_have_their_own() -> None:
         told.show(*people)
     # Those of every world learn from their masks.
     assert [len(world.pending) for world in (first, third)] == [0, 0]
+
+
+def test_boxes_take_free_slots_in_order_and_ids_are_never_used_twice() -> None:
+    told = Told(slots=3)
+    people = (Figure(60), Figure(150, BLUE), Figure(240, GREEN))
+    told.start(*people[:2])
+    assert ids(told.show(*people)) == [1, 2, 0]
+    told.start(people[2])
+    *_, last = told.show(*people)
+    assert last.track_id == 3
+    told.tracker.reset()
+    empty = told.show(*people)
+    assert [(each.track_id, each.state, each.box) for each in empty] == [(0, 'empty', None)] * 3
+    assert not any(each.likelihood.any() for each in empty)
+    told.start(people[0])
+    assert ids(told.show(*people)) == [4, 0, 0]
+
+
+NOBODY = np.zeros((180, 320), np.uint8)
+
+
+def lesson(stamp_ns: int = STEP_NS, mask: np.ndarray = NOBODY, **changes) -> Feedback:
+    return replace(Feedback(stamp_ns, 1, mask, None, mask), **changes)
+
+
+@pytest.mark.parametrize(
+    ('refused', 'words'),
+    [
+        (lambda track: track.update(NOBODY, 2 * STEP_NS), r'got .*\(180, 320\)'),
+        (lambda track: track.update(np.dstack([NOBODY] * 3), 0), 'positive'),
+        (lambda track: track.initialize((5, 5, 20, 60)), r'Box, got \(5, 5, 20, 60\)'),
+        (lambda track: track.learn([lesson(mask=NOBODY[:5])]), r'\(180, 320\)'),
+        (lambda track: track.learn([lesson(), lesson(7, track_id=2)]), 'one frame'),
+        (lambda track: track.learn([lesson(body=BodyFrame(60, 90, 1e7))]), 'at most'),
+    ],
+)
+def test_what_makes_no_sense_is_refused_and_changes_nothing(refused, words: str) -> None:
+    plain, asked = Told(), Told()
+    for told in (plain, asked):
+        told.start(Figure(60))
+        told.show(Figure(60))
+    with pytest.raises(InputError, match=words):
+        refused(asked.tracker)
+    for one, two in zip(plain.show(Figure(63)), asked.show(Figure(63)), strict=True):
+        assert (one.track_id, one.box) == (two.track_id, two.box)
+        np.testing.assert_array_equal(one.likelihood, two.likelihood)
 
 
 def test_one_bad_box_is_refused_and_the_others_start() -> None:

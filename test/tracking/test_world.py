@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest
@@ -22,17 +20,6 @@ STILL = WorldMotion()
 
 def world(height: float = 120.0, **changes) -> World:
     return World(SOURCE, height, TrackingConfig(**changes))
-
-
-def test_people_of_about_one_size_fit_into_one_world() -> None:
-    large = World((960, 1280), 512.0, TrackingConfig())
-    assert large.scale == pytest.approx(0.25)
-    assert large.shape == (240, 320)
-    assert large.fits(512)
-    assert large.fits(370)
-    assert large.fits(1000)
-    assert not large.fits(300)
-    assert not large.fits(1100)
 
 
 def advanced(count: int, everywhere: bool = False, areas: tuple[Box, ...] = ()) -> World:
