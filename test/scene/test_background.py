@@ -1,5 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 import pytest
@@ -140,9 +142,9 @@ def test_what_is_known_from_elsewhere_counts_where_less_is_known() -> None:
 WALL = (190, 124, 135)
 
 
-def evidence(colour: tuple[float, ...], count: int = 10) -> float:
+def evidence(colour: Sequence[float], count: int = 10, wall: Sequence[float] = WALL) -> float:
     """Return what is said of a colour before a wall that was seen some times."""
-    model = learnt(np.full((20, 30, 3), WALL, np.uint8), frames=count)
+    model = learnt(np.full((20, 30, 3), wall, np.uint8), frames=count)
     model.sigma = 4.0
     lab = np.full((20, 30, 3), np.rint(colour), np.uint8)
     return float(model.evidence(lab, (slice(0, 20), slice(0, 30)), 0.5)[0, 0])
@@ -157,11 +159,12 @@ def test_shade_on_a_wall_is_the_wall_the_lighter_the_surer(share: float) -> None
     assert said < evidence(((share - 0.1) * lightness, a, b))
 
 
-def test_shade_keeps_the_hue_of_a_coloured_wall() -> None:
-    lightness, a, b = WALL
-    shaded = evidence((0.7 * lightness, 128 + 0.7 * (a - 128), 128 + 0.7 * (b - 128)))
-    # Twice as far from grey is another colour than that of the wall in shade.
-    assert shaded < evidence((0.7 * lightness, a, b - 14))
+@pytest.mark.parametrize('axis', [1, 2])
+def test_shade_takes_colour_away_in_proportion_to_the_light(axis: int) -> None:
+    wall = np.array([190.0, 128.0, 128.0])
+    wall[axis] = 180
+    shaded = 0.8 * wall + 0.2 * np.array([0.0, 128.0, 128.0])
+    assert evidence(shaded, wall=wall) < -1
 
 
 def test_what_is_lighter_or_coloured_or_black_is_no_wall() -> None:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import cv2
 import numpy as np
+import pytest
 
 from gait_segmentation.segmentation.refinement import keep_supported, refine, upsample
 
@@ -23,12 +24,14 @@ def test_what_is_apart_from_the_body_goes() -> None:
     assert keep_supported(labels, np.ones(labels.shape, np.float32), body, 47.0)[49, 14]
 
 
-def test_a_part_of_which_half_is_apart_stays() -> None:
+@pytest.mark.parametrize(('end', 'stays'), [(33, True), (48, False)])
+def test_a_part_that_is_mostly_apart_goes(end: int, stays: bool) -> None:
     body, labels = np.zeros((60, 80), np.bool_), np.zeros((60, 80), np.bool_)
     body[5:45, 10:25] = labels[5:45, 10:25] = True
-    # Beyond column 29 it is more than 12 % of 47 pixels away.
-    labels[10:40, 26:34] = True
-    assert keep_supported(labels, np.ones(labels.shape, np.float32), body, 47.0)[20, 33]
+    # From column 30 on it is more than 12 % of 47 pixels away.
+    labels[10:40, 26:end] = True
+    kept = keep_supported(labels, np.ones(labels.shape, np.float32), body, 47.0)
+    assert kept[20, 27:30].all() == stays
 
 
 def test_the_outline_moves_to_the_edge_of_the_image() -> None:
