@@ -180,6 +180,7 @@ def test_after_an_error_more_evidence_is_asked_for() -> None:
 
 def test_nobody_is_kept_from_being_found_for_ever_by_errors() -> None:
     finder = WalkerFinder(small_bank(), StartingConfig(least_evidence=0.05))
+    finder.update(walk()[0], 10**9 - PERIOD_NS)
     for _ in range(4):
         finder.refute(Box(0, 0, 20, 40))
     assert run(walk(), finder=finder)
