@@ -22,6 +22,13 @@ def scene() -> FirstScene:
     return first_scene(lab, BOX, None)
 
 
+def test_beside_the_box_only_what_is_known_to_stand_out_may_be_the_person() -> None:
+    known = np.zeros((120, 80), np.float32)
+    known[111, 25:35] = 3
+    inside = first_scene(scene().lab, BOX, known).inside
+    assert np.flatnonzero(inside[111]).tolist() == list(range(25, 35))
+
+
 def test_a_mask_that_touches_all_sides_of_the_box_has_no_gap() -> None:
     found = scene()
     labels = np.zeros(found.shape, np.bool_)
