@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from gait_segmentation.colour import ColourModel
+from gait_segmentation.images import placed
 from gait_segmentation.results import Feedback
 from gait_segmentation.tracking.learning import (
+    grown,
     learn,
     without_parts_apart,
 )
@@ -64,6 +66,15 @@ def block(left: int, top: int, right: int, bottom: int) -> np.ndarray:
 
 def broad(mask: np.ndarray) -> Person:
     return Person(30, 30, 40, 8, 8, mask, ColourModel(0.7, 1e-4), ColourModel(0.7, 1e-4))
+
+
+def test_the_margin_is_a_share_of_the_height() -> None:
+    mask = block(20, 10, 40, 50)
+    window, part = grown(mask, 100)
+    margin = placed(part, window, SMALL)
+    assert np.flatnonzero(margin[30]).tolist() == list(range(18, 42))
+    assert margin.any(axis=1).sum() == 44
+    assert not grown(np.zeros(SMALL, np.uint8), 100)[1].any()
 
 
 def test_a_first_mask_far_too_large_does_not_keep_others_out_for_ever() -> None:
