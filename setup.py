@@ -64,8 +64,8 @@ setup(
     package_data={
         NAME: ['py.typed'],
         f'{NAME}.gait_model': ['*.npz'],
-        f'{NAME}.segmentation': ['*.json'],
-        f'{NAME}.starting.finding': ['*.json'],
+        f'{NAME}.paper': ['*.json'],
+        f'{NAME}.starting': ['*.json'],
     },
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),

@@ -43,7 +43,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks.fuzzing import CHANGES, fuzz
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
-from gait_segmentation.segmentation.vocabulary import default_vocabulary
+from gait_segmentation.paper.vocabulary import default_vocabulary
 from gait_tools.vocabulary_training import write_vocabulary
 from test.inputs.bags import (
     compressed_fields,

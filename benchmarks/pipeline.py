@@ -243,7 +243,7 @@ def compare_phases(seed: int, used: PipelineConfig) -> Numbers:
 
 def find_places() -> None:
     """Print how far off people are located, by depth with 1 % of noise and by the ground."""
-    from test.localization.perspective import CAMERAS, PATHS, film, locate
+    from benchmarks.synthetic.perspective import CAMERAS, PATHS, film, locate
 
     for walk, (camera, (model, pose)) in itertools.product(PATHS, CAMERAS.items()):
         shots, pipeline = list(film(PATHS[walk], model, pose)), Pipeline()

@@ -50,7 +50,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline
 from gait_segmentation.starting import StartingConfig, WalkerFinder
-from gait_segmentation.starting.finding.walking import MODEL_FILE
+from gait_segmentation.starting.finder import MODEL_FILE
 from gait_tools.evaluation.metrics import true_box
 from gait_tools.evaluation.sequence import Sequence
 from gait_tools.gait_model import FIGURES

@@ -13,7 +13,7 @@ TOOLS = Path(__file__).parent.parent / 'tools/gait_tools'
 ADAPTERS = {'ros', 'nodes', 'cli', 'demo'}
 MESSAGES = {'rclpy', 'builtin_interfaces', 'rcl_interfaces', 'launch', 'launch_ros'}
 CLOCKS = {'time', 'datetime'}
-ALGORITHMS = ('tracking', 'matching', 'segmentation', 'starting', 'scene')
+ALGORITHMS = ('tracking', 'matching', 'segmentation', 'starting', 'scene', 'paper')
 
 
 def modules(*parts: str) -> list[Path]:
@@ -122,7 +122,8 @@ def test_no_files_need_each_other() -> None:
 def test_stages_do_not_know_each_other_but_for_the_start() -> None:
     """The open door: each stage works on what anybody may publish."""
     allowed = {
-        'tracking': {'scene', 'starting'},
+        'tracking': {'scene', 'starting', 'paper'},
+        'segmentation': {'paper'},
         'starting': {'scene', 'segmentation', 'matching'},
     }
     for stage in ALGORITHMS:

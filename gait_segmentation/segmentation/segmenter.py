@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.heat_maps import Grades, says_something
 from gait_segmentation.images import Window, shrink, signed_distance, size_of
+from gait_segmentation.paper.prior import paper_terms
+from gait_segmentation.paper.vocabulary import Vocabulary, default_vocabulary
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.graph_cut import (
@@ -23,9 +25,7 @@ from gait_segmentation.segmentation.graph_cut import (
     open_graph,
 )
 from gait_segmentation.segmentation.learnt import Carried, LearntColours
-from gait_segmentation.segmentation.paper_prior import paper_terms
 from gait_segmentation.segmentation.refinement import finest, keep_supported, refine, upsample
-from gait_segmentation.segmentation.vocabulary import Vocabulary, default_vocabulary
 
 _MOST_PIXELS = 2**18
 """Pixels about a body in which it is cut out: three times what the tracker's working height asks
@@ -228,7 +228,18 @@ class Segmenter:
         """
         config, inside = self.config, prior > 127
         if config.prior == 'paper':
-            found = paper_terms(prior, lab[:, :, 0], body, self._vocabulary, config)
+            found = paper_terms(
+                prior,
+                lab[:, :, 0],
+                body,
+                self._vocabulary,
+                reach=config.paper_reach,
+                depth=config.paper_depth,
+                orientation=config.paper_orientation,
+                search=config.paper_search,
+                unconfirmed=config.paper_unconfirmed,
+                strongest=config.contrast + config.paper_weight,
+            )
             return (None, None) if found is None else found
         trust = 1.0
         if config.fit_low < config.fit_high:

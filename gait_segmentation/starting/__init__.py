@@ -4,6 +4,6 @@
 
 from gait_segmentation.starting.config import StartingConfig
 from gait_segmentation.starting.estimate import Start, estimate_start
-from gait_segmentation.starting.finding.finder import WalkerFinder
+from gait_segmentation.starting.finder import WalkerFinder
 
 __all__ = ['Start', 'StartingConfig', 'WalkerFinder', 'estimate_start']

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.images import Window, distance_from, size_of
+from gait_segmentation.paper.features import FeatureSelector, View
 from gait_segmentation.results import TRACKED
 from gait_segmentation.starting import Start
 from gait_segmentation.starting.estimate import in_view
 from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.features import FeatureSelector, View
 from gait_segmentation.tracking.records import Record, Shift
 from gait_segmentation.tracking.target import Target
 from gait_segmentation.tracking.visibility import Sight, mean_shift

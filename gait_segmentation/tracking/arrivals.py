@@ -19,9 +19,9 @@ from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window
 from gait_segmentation.results import LOST
 from gait_segmentation.starting import Start, estimate_start
-from gait_segmentation.starting.finding.finder import belongs
-from gait_segmentation.starting.finding.scene import MotionScene
-from gait_segmentation.starting.finding.shapes import BodyShapes, normalised
+from gait_segmentation.starting.blobs import BodyShapes, normalised
+from gait_segmentation.starting.finder import belongs
+from gait_segmentation.starting.motion_scene import MotionScene
 from gait_segmentation.tracking.adaptive_mean_shift import start_in
 from gait_segmentation.tracking.appearance import SAME_COLOURS
 from gait_segmentation.tracking.config import TrackingConfig

@@ -85,7 +85,7 @@ class PeopleTracker:
     @config.setter
     def config(self, config: TrackingConfig) -> None:
         self._config = config
-        for target in self._targets():
+        for target in self.targets():
             target.config = config
 
     @property
@@ -165,7 +165,7 @@ class PeopleTracker:
         self._source, self._stamp_ns = source, stamp_ns
         self._heat_map = self._heat_maps.newest(stamp_ns, self._config.heat_map_age)
         for world in self._worlds:
-            people = self._targets(world)
+            people = self.targets(world)
             group.follow(world, people, image, stamp_ns, self._config, self._heat_map)
         boxes, self._boxes = self._boxes, []
         self._given = self._given or bool(boxes)
@@ -183,7 +183,7 @@ class PeopleTracker:
         results = self._judge()
         for world in self._worlds:
             for record in world.drop_old():
-                for target in self._targets(world):
+                for target in self.targets(world):
                     target.skip(record)
         return results
 
@@ -213,7 +213,7 @@ class PeopleTracker:
         stamps = {each.stamp_ns for each in feedback}
         if len(stamps) > 1:
             raise InputError(f'feedback must be for one frame, got the stamps {sorted(stamps)}')
-        known = {target.track_id for target in self._targets()}
+        known = {target.track_id for target in self.targets()}
         by_track = {each.track_id: each for each in feedback if each.track_id in known}
         for each in by_track.values():
             if each.mask.shape != self._source or each.mask.dtype != np.uint8:
@@ -230,10 +230,10 @@ class PeopleTracker:
         if by_track:
             for world in self._worlds:
                 stamp_ns = feedback[0].stamp_ns
-                group.learn(world, self._targets(world), stamp_ns, by_track, self._config)
+                group.learn(world, self.targets(world), stamp_ns, by_track, self._config)
 
-    def _targets(self, world: World | None = None) -> list[Target]:
-        """Return the people of a world, or all."""
+    def targets(self, world: World | None = None) -> list[Target]:
+        """Return who is tracked in a world, or in all, in the order of their slots."""
         found = (target for target in self._slots if target is not None)
         return [target for target in found if world is None or target.world is world]
 
@@ -265,7 +265,7 @@ class PeopleTracker:
             return []
         occupied: list[Box] = []
         tried: list[Box] = []
-        for target in self._targets():
+        for target in self.targets():
             if target.state == TRACKED:
                 (tried if target.track_id in self._trials else occupied).append(target.body)
         wanted = bool(free or self._trials) and not self._given
@@ -372,14 +372,14 @@ class PeopleTracker:
         return world
 
     def _drop_empty_worlds(self) -> None:
-        self._worlds = [world for world in self._worlds if self._targets(world)]
+        self._worlds = [world for world in self._worlds if self.targets(world)]
 
     def _judge(self) -> list[TrackResult]:
         """Compute the likelihoods of a frame, refine the boxes by them, and look for the lost."""
         assert self._source is not None
         likelihoods: dict[int, NDArray[np.uint8]] = {}
         for world in self._worlds:
-            likelihoods |= group.judge(world, self._targets(world))
+            likelihoods |= group.judge(world, self.targets(world))
         results = []
         for slot, target in enumerate(self._slots):
             if target is None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.images import bounding_box
-from gait_segmentation.starting.finding.shapes import normalised, tanimoto
+from gait_segmentation.starting.blobs import normalised, tanimoto
 
 _TRIAL_NS = 1_000_000_000
 

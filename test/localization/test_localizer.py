@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Synthetic walkers with exact depth; the bars are those of the documents."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import re
@@ -13,6 +11,7 @@ import cv2
 import numpy as np
 import pytest
 
+from benchmarks.synthetic.perspective import CAMERAS, PATHS, Walk, film, locate, true_matches
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.localization import (
     CameraPose,
@@ -22,7 +21,6 @@ from gait_segmentation.localization import (
 )
 from gait_segmentation.localization.localizer import DEPTH, GROUND, PREDICTED
 from gait_segmentation.results import MatchResult
-from test.localization.perspective import CAMERAS, PATHS, Walk, film, locate, true_matches
 
 SECONDS = 1.5
 NOISE = 0.01
@@ -182,6 +180,41 @@ def test_heading_is_by_gait_at_first_and_front_and_back_are_told_apart_by_motion
     assert last.stature == pytest.approx(1.75, abs=0.08)
 
 
+def test_the_heading_is_that_of_the_motion_that_fits_best_and_its_error_says_how_well() -> None:
+    model, pose = CAMERAS['level']
+    config = LocalizationConfig(acceleration=0.1)
+    localizer, samples, normal, right = Localizer(config), [], np.zeros((6, 6)), np.zeros(6)
+    for shot, about, mask in walked('across', 'level'):
+        (place,) = localizer.update([about], [mask], model, pose, shot.depth)
+        samples.append((about.stamp_ns * 1e-9, place))
+    for seconds, each in samples:
+        since = seconds - samples[-1][0]
+        if since >= -config.window:
+            # Place, velocity and an acceleration that is about so large.
+            powers = np.array([1, since, since**2 / 2])
+            weight = np.linalg.inv((pose.rotation @ each.covariance @ pose.rotation.T)[:2, :2])
+            normal += np.kron(np.outer(powers, powers), weight)
+            right += np.kron(powers, weight @ (pose.rotation @ each.position)[:2])
+    normal[4:, 4:] += np.eye(2) / 0.1**2
+    velocity, covariance = np.linalg.solve(normal, right)[2:4], np.linalg.inv(normal)[2:4, 2:4]
+    sideways = np.array([-velocity[1], velocity[0]]) / np.linalg.norm(velocity)
+    by_motion = velocity @ velocity / (sideways @ covariance @ sideways)
+    by_gait = 1 / math.radians(config.gait_error) ** 2
+    assert place.heading_error == pytest.approx((by_motion + by_gait) ** -0.5, rel=1e-3)
+
+
+def test_on_the_ground_the_place_is_as_sure_as_the_angle_of_the_soles() -> None:
+    _, about, mask, *_ = first()
+    model = PinholeCamera(640, 480, 500.0, 500.0, 320.0, 240.0)
+    # The soles are 2 m ahead and 2 m below.
+    given = dataclasses.replace(about, body=BodyFrame(320.5, 640.5, 200.0))
+    pose = CameraPose.above_ground(2.0)
+    (place,) = Localizer(LocalizationConfig(feet_error=0.05)).update([given], [mask], model, pose)
+    assert place.position[2] == pytest.approx(2.0)
+    angle = 0.05 * 200 / 500
+    assert place.covariance[2, 2] ** 0.5 == pytest.approx(angle * (2**2 + 2**2) / 2, rel=1e-3)
+
+
 def test_a_body_that_no_matching_means_is_nowhere_and_others_are() -> None:
     shot, about, mask, model, pose = first()
     other = dataclasses.replace(about, track_id=2, body=BodyFrame(1e38, math.nan, 1e38))
@@ -207,6 +240,16 @@ def test_whoever_is_straight_below_the_camera_is_not_located(off: float, grounde
     aside = dataclasses.replace(given, body=BodyFrame(600.0, 300.0, 100.0))
     (place,) = localizer.update([aside], [mask], model, down, None)
     assert (place is not None) == grounded
+
+
+def test_an_error_that_no_door_refuses_costs_one_person_only() -> None:
+    shot, about, mask, model, pose = first()
+    other = dataclasses.replace(about, track_id=2, azimuth=math.inf)
+    localizer = Localizer()
+    located = localizer.update([other, about], [mask] * 2, model, pose, shot.depth)
+    assert [place and place.track_id for place in located] == [None, 1]
+    assert localizer.reasons == ('ValueError: math domain error', '')
+    assert localizer.failures == 1
 
 
 @pytest.mark.parametrize(

@@ -177,16 +177,6 @@ def test_a_tilted_body_is_sampled_upright(bank):
     assert (prior & image).sum() / (prior | image).sum() > 0.8
 
 
-def test_smaller_likelihoods_give_source_pixels(bank):
-    stamp, _, image, box = next(walk(0.0, 1))
-    small = image[::2, ::2].copy()
-    (full,) = run(SequenceMatcher(bank, config()), [(stamp, None, image, box)])
-    (half,) = run(SequenceMatcher(bank, config()), [(stamp, None, small, box)])
-    assert half.shape_prior.shape == small.shape
-    assert half.body.height == pytest.approx(full.body.height, rel=0.06)
-    assert half.body.center_x == pytest.approx(full.body.center_x, abs=3)
-
-
 def test_nothing_seen_is_nothing_believed(bank):
     matcher = SequenceMatcher(bank, config())
     stamp, _, image, box = next(walk(0.0, 1))
@@ -221,17 +211,6 @@ def test_another_person_or_a_long_pause_begins_anew(bank):
     assert (later.phase, later.phase_rate) == (fresh.phase, fresh.phase_rate)
 
 
-def test_a_stamp_that_goes_back_needs_a_reset(bank):
-    frames = list(walk(0.0, 5))
-    matcher = SequenceMatcher(bank, config(lag=2))
-    run(matcher, frames)
-    with pytest.raises(InputError, match='must increase'):
-        run(matcher, frames[:1])
-    matcher.reset()
-    assert run(matcher, frames[:2]) == []
-    assert [r.stamp_ns for r in matcher.flush()] == [f[0] for f in frames[:2]]
-
-
 @pytest.mark.parametrize(
     ('change', 'words'),
     [
@@ -258,16 +237,6 @@ def test_refuses_what_it_cannot_use_and_goes_on(bank, change, words):
         matcher.update(**{**values, **change}, track_id=1)
     good = {**values, 'stamp_ns': stamp + 5 * 10**7}
     assert len(matcher.update(**good, track_id=1)) == 1
-
-
-def test_phase_from_behind_goes_forward(bank):
-    frames = list(walk(math.pi / 2, 60, noise=0.2))
-    results = run(SequenceMatcher(bank, config()), frames)
-    steps = (np.diff([r.phase for r in results]) + 0.5) % 1 - 0.5
-    assert (steps >= 0).all()
-    error = off(results, frames, 0.0)[FPS:]
-    assert np.sqrt((error**2).mean()) < 0.06
-    assert results[-1].phase_rate == pytest.approx(RATE, rel=0.15)
 
 
 def test_the_phase_goes_on_while_the_view_crosses_the_axis(bank):
@@ -315,8 +284,3 @@ def test_memory_does_not_grow(bank):
 def test_refuses_values_with_their_name(wrong):
     with pytest.raises(ConfigError, match=next(iter(wrong))):
         MatchingConfig(**wrong)
-
-
-def test_an_unknown_kernel_is_named_with_the_choices() -> None:
-    with pytest.raises(ConfigError, match=r"events, direct_access_table, got 'table'"):
-        MatchingConfig(kernel='table')

@@ -5,7 +5,6 @@ from dataclasses import astuple
 
 import numpy as np
 import pytest
-from hypothesis import example, given, strategies as st
 
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import BodyFrame
@@ -56,16 +55,6 @@ def test_a_wrong_view_does_not_keep_the_phase_from_being_found(bank, degrees, wr
     assert finder.rate == pytest.approx(RATE, rel=0.1)
 
 
-def test_turning_and_mistaking_towards_for_away(bank):
-    azimuths = np.radians(np.linspace(60, 150, 80))
-    found, _ = phase_errors(bank, azimuths, azimuths)
-    assert np.sqrt((found[8:] ** 2).mean()) < 0.03
-    told = np.full(50, np.radians(70))
-    told[20:] *= -1
-    found, _ = phase_errors(bank, np.full(50, np.radians(70)), told)
-    assert np.abs(found[8:]).max() < 0.03
-
-
 def walking(speed=(0.0, 0.0), growth=0.0, noise=0.0, frames=40):
     rng = np.random.default_rng(0)
     for number in range(frames):
@@ -74,28 +63,6 @@ def walking(speed=(0.0, 0.0), growth=0.0, noise=0.0, frames=40):
         dx, dy, dh = rng.normal(0, noise, 3)
         body = BodyFrame(true.center_x + dx, true.center_y + dy, true.height + dh, true.angle)
         yield t, true, body
-
-
-def body_errors(*args, **kwargs):
-    steady, errors = SteadyBody(), []
-    for t, true, body in walking(*args, **kwargs):
-        found = steady.update(body, t)
-        assert found.angle == true.angle
-        errors.append(np.subtract(astuple(found)[:3], astuple(true)[:3]))
-    return np.array(errors)
-
-
-def test_the_first_body_is_taken_as_it_is():
-    body = BodyFrame(3.0, 4.0, 50.0, 0.2)
-    assert astuple(SteadyBody().update(body, 1.0)) == pytest.approx(astuple(body))
-
-
-def test_noise_is_averaged():
-    assert body_errors(noise=1.0)[15:].std() < 0.5
-
-
-def test_motion_is_followed():
-    assert np.abs(body_errors((80.0, -10.0), 0.1))[20:].max() < 2.0
 
 
 def test_a_motion_is_believed_the_more_the_longer_it_shows():
@@ -151,15 +118,6 @@ def test_waits_for_a_phase_behind_and_takes_a_jump():
     assert near.update(0.1, 0.0, 0.0) == pytest.approx(0.1)
 
 
-def test_expects_a_steady_walk():
-    near = NearLeg()
-    assert near.expected(0.0, 1.0, 0.3) == 0.3
-    near.update(0.7, math.pi, 2.0)
-    assert near.expected(2.1, 0.9, 0.3) == pytest.approx(0.79)
-    near.reset()
-    assert near.expected(3.0, 0.9, 0.3) == 0.3
-
-
 PHASES = 30
 
 
@@ -182,19 +140,3 @@ def test_of_two_halves_the_nearer_one_is_taken():
     belief[:] = 0
     belief[29] = 1.0
     assert phase_near(belief, 0.03)[0] == pytest.approx(29 / 30)
-
-
-def test_phases_lie_between_bins():
-    belief = np.zeros(PHASES)
-    belief[[6, 7]] = 0.25, 0.75
-    assert phase_near(belief, 0.2)[0] == pytest.approx(6.75 / PHASES, abs=1e-3)
-
-
-@given(st.lists(st.floats(0, 1), min_size=PHASES, max_size=PHASES), st.floats(-9, 9))
-@example([1.0, *[0.0] * (PHASES - 1)], 0.0)
-@example([0.0, *[1.0] * (PHASES - 1)], 1e-17)
-def test_phase_and_probability_are_shares(weights, phase):
-    belief = np.array(weights) + 1e-9
-    found, sure = phase_near(belief / belief.sum(), phase)
-    assert 0 <= found < 1
-    assert 0 <= sure <= 1 + 1e-9

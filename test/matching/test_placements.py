@@ -1,17 +1,15 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-import itertools
 import math
 
 import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.geometry import BodyFrame, Box, check_body, check_matched_box
+from gait_segmentation.geometry import Box, check_body, check_matched_box
 from gait_segmentation.matching import MatchingConfig
-from gait_segmentation.matching.placements import PlacementGrid, SearchRange
+from gait_segmentation.matching.placements import PlacementGrid
 from gait_segmentation.matching.sampling import (
-    antialiasing_side,
     refined_box,
     resampled,
     warp_template,
@@ -43,19 +41,6 @@ def test_windows_show_what_stands_at_their_placement(grid, size, angle):
         assert common / np.maximum(window, template).sum(dtype=float) > 0.8
 
 
-def test_only_body_heights_that_are_searched_are_sampled(grid):
-    image = np.full((100, 60), 255, np.uint8)
-    for box in (Box(20, 25, 20, 50), Box(30, 20, 30, 70)):
-        every, some = (
-            grid.sample(image, None, box, 3),
-            grid.sample(image, None, box, 3, searched=slice(1, 3)),
-        )
-        np.testing.assert_array_equal(some.images[1:], every.images[1:])
-        assert not some.images[0].any()
-        if every.known is not None and some.known is not None:
-            np.testing.assert_array_equal(some.known[1:], every.known[1:])
-
-
 def test_the_border_of_the_image_does_not_darken_what_is_just_inside(grid):
     image = np.full((100, 100), 255, np.uint8)
     # Half of what the largest body height takes of a box 40 high, in its own 18 columns.
@@ -74,16 +59,6 @@ def test_what_is_finer_than_the_templates_is_averaged(grid):
         assert np.abs(sampled.images.astype(int) - 127).max() <= 30
 
 
-def test_the_largest_body_height_tells_how_much_is_averaged():
-    grid = PlacementGrid((48, 32), 0.9, MatchingConfig(scales=2, scale_step=0.3, blur=1))
-    noise = np.random.default_rng(0).integers(0, 256, (300, 300), np.uint8)
-    # Its samples are 1.6 pixels apart, those of the smallest 0.56.
-    box = Box.from_center(150, 150, 20, 1.6 * grid.body / grid.scales[-1])
-    np.testing.assert_array_equal(
-        grid.sample(noise, None, box, 1).images, grid.sample(noise, None, box, 3).images
-    )
-
-
 @pytest.mark.parametrize('sign', [-1, 1])
 def test_no_parameters_make_a_body_that_makes_no_sense(sign: int) -> None:
     config = MatchingConfig(scales=5, scale_step=0.3, shifts_x=16, shifts_y=16, shift_step=0.1)
@@ -96,35 +71,6 @@ def test_no_parameters_make_a_body_that_makes_no_sense(sign: int) -> None:
     last = (scales - 0.5, rows - 0.5, columns - 0.5) if sign > 0 else (scales - 0.5, -0.5, -0.5)
     for angle in (0.0, 0.7, 3.0):
         check_body(grid.placement(*last, angle).body(box, angle), size)
-
-
-EVERY = SearchRange((0, 0, 0), (5, 7, 9))
-SOME = SearchRange((1, 2, 0), (2, 3, 4))
-
-
-def test_lanes_and_places_belong_together():
-    places = [SOME.place(lane) for lane in range(SOME.size)]
-    assert places == list(itertools.product((1, 2), (2, 3, 4), range(4)))
-    assert [SOME.lane(*place) for place in places] == list(range(24))
-    for place in ((0, 2, 0), (3, 2, 0), (1, 1, 0), (1, 5, 0), (1, 2, -1), (1, 2, 4)):
-        assert SOME.lane(*place) is None
-
-
-@pytest.mark.parametrize(
-    ('place', 'reach', 'first', 'shape'),
-    [
-        ((2, 3, 4), (1, 2, 3), (1, 1, 1), (3, 5, 7)),
-        ((0, 6, 8), (1, 2, 3), (0, 2, 2), (3, 5, 7)),
-        ((-3, 9, 4), (1, 9, 4), (0, 0, 0), (3, 7, 9)),
-    ],
-)
-def test_what_is_about_a_place_has_the_same_size_at_the_border(place, reach, first, shape):
-    assert EVERY.about(place, reach) == (first, shape)
-
-
-@pytest.mark.parametrize(('pitch', 'side'), [(0.01, 1), (1.0, 1), (1.5, 1), (2.0, 3), (4.0, 5)])
-def test_the_filter_is_odd_and_about_as_wide_as_the_samples_are_apart(pitch, side):
-    assert antialiasing_side(pitch) == side
 
 
 def test_a_part_is_sampled_as_the_whole_is_smoothed():
@@ -157,23 +103,6 @@ def template():
     image = np.zeros((40, 30), np.uint8)
     image[2:38, 10:20] = 255
     return image
-
-
-@pytest.mark.parametrize('height', [9.0, 36.0, 90.0])
-def test_keeps_place_and_area(template, height):
-    body = BodyFrame(70.0, 60.0, height)
-    prior = warp_template(template, body, 0.9, (130, 150))
-    area = prior.sum(dtype=np.float64) / 255
-    assert prior.shape == (130, 150)
-    assert prior.dtype == np.uint8
-    assert area == pytest.approx(height * height * 10 / 36, rel=0.03)
-    y, x = np.nonzero(prior > 127)
-    assert x.mean() + 0.5 == pytest.approx(70.0, abs=0.6)
-    assert y.mean() + 0.5 == pytest.approx(60.0, abs=0.6)
-
-
-def test_outside_of_the_image_is_black(template):
-    assert not warp_template(template, BodyFrame(-80.0, 60.0, 40.0), 0.9, (50, 60)).any()
 
 
 BODY = 80.0
@@ -213,13 +142,6 @@ def test_what_is_far_from_the_template_or_thin_or_unlikely_is_not_the_persons():
     assert refined_box(image, upright(), PLACE, BODY, TWICE) == expected
 
 
-def test_people_reach_an_eighth_of_their_height_beyond_the_template():
-    image = likelihood(slice(24, 96), slice(23, 57))
-    assert sides(refined_box(image, upright(), PLACE, BODY, TWICE)) == [146, 98, 214, 242]
-    image = likelihood(slice(24, 96), slice(16, 64))
-    assert sides(refined_box(image, upright(), PLACE, BODY, TWICE)) == [144, 98, 216, 242]
-
-
 def test_the_box_is_upright_where_the_body_leans():
     angle = math.radians(30)
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
@@ -227,8 +149,3 @@ def test_the_box_is_upright_where_the_body_leans():
     image = likelihood(slice(24, 96), slice(32, 48))
     box = refined_box(image, upright(), PLACE, BODY, to_source)
     assert box.height == pytest.approx(72 * math.cos(angle) + 16 * math.sin(angle), abs=1.5)
-
-
-def test_nothing_likely_has_no_box():
-    image = likelihood(slice(0), slice(0))
-    assert refined_box(image, upright(), PLACE, BODY, TWICE) is None

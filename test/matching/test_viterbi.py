@@ -87,20 +87,6 @@ def test_equals_brute_force(name, costs, least):
         scores, best = after, int(leading.max())
 
 
-def test_scores_at_the_floor_and_walls_do_not_wrap_around():
-    scores = np.full((3, 3, LANES), FLOOR, np.int16)
-    scores[0, 0, 0] = UNIT
-    costs = np.array([UNIT, UNIT], np.int16)
-    near, near_cost = NEAR['two'], np.full((3, 2), UNIT, np.int16)
-    gain = np.zeros((9, LANES), np.int16)
-    row = np.arange(9, dtype=np.int32)
-    after, leading = run(scores, UNIT, gain, costs, near, near_cost, row)
-    assert leading.max() == -UNIT * int(32768 * 0.9) >> 15
-    assert after.min() == FLOOR
-    used = [lane(place) for place in places()]
-    assert after[2, 2, used].max() == FLOOR * int(32768 * 0.9) >> 15
-
-
 @pytest.mark.parametrize('shape', [SHAPE, (1, 3, 2)])
 def test_another_range_moves_scores_and_opens_the_border(shape):
     lanes = LANES, 8 if shape != SHAPE else LANES
@@ -183,10 +169,3 @@ def test_the_nearest_placement_takes_over_where_nothing_was_searched(away, neare
     data[2][data[1][1], step] = 20
     path = traced(data, (0, 1, 1 + away[0], away[1], 2 + away[2]))
     assert path[0].tolist() == [0, 1 - step, *nearest]
-
-
-def test_who_might_as_well_have_stayed_has_stayed():
-    data = clip(0)
-    data[0][:], data[2][:] = 100, 0
-    path = traced(data, (1, 2, 1, 0, 1), move=0)
-    np.testing.assert_array_equal(path, np.tile([1, 2, 1, 0, 1], (5, 1)))

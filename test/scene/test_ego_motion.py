@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest
@@ -24,13 +22,6 @@ def motion_of(*rows: list[float]) -> WorldMotion:
 def moved(image: np.ndarray, motion: WorldMotion) -> np.ndarray:
     whole = slice(0, image.shape[0]), slice(0, image.shape[1])
     return motion.warped(image, whole, cv2.BORDER_REFLECT)
-
-
-def test_the_first_frame_has_no_motion() -> None:
-    estimator = MotionEstimator()
-    motion = estimator.update(Pyramid(scene()), None)
-    assert motion == WorldMotion()
-    assert estimator.body_shift(np.full((240, 320), 255, np.uint8), motion) is None
 
 
 @pytest.mark.parametrize('tilt', [0.0, 1.5e-4])
@@ -73,16 +64,6 @@ def test_a_fast_body_is_followed_from_where_it_is_expected() -> None:
     assert part == there
 
 
-def test_bodies_at_the_border_are_followed_as_well() -> None:
-    frames = [Pyramid(np.ascontiguousarray(scene()[:, step : step + 300])) for step in (0, 3)]
-    body = np.zeros((240, 300), np.uint8)
-    body[150:, 260:] = 255
-    estimator = MotionEstimator()
-    for frame in frames:
-        motion = estimator.update(frame, None)
-    assert estimator.body_shift(body, motion) == pytest.approx((-3, 0), abs=0.2)
-
-
 def test_frames_in_which_nothing_can_be_seen_are_passed_over() -> None:
     motion = motion_of([1, 0, 5], [0, 1, -2])
     estimator = MotionEstimator()
@@ -121,19 +102,6 @@ def test_a_jolt_of_40_pixels_is_followed() -> None:
     assert estimator.body_shift(body, motion) == pytest.approx((40, -12), abs=0.3)
 
 
-def test_corners_that_see_the_person_are_not_of_the_world() -> None:
-    # The only corners are on the person, who moves, and at the border of the person's area.
-    flat = np.full((240, 320), 90, np.uint8)
-    people = np.zeros((240, 320), np.uint8)
-    people[60:180, 120:180] = 255
-    estimator = MotionEstimator()
-    for step in (0, 5):
-        frame = flat.copy()
-        frame[60:180, 120 + step : 180 + step] = scene()[60:180, 120:180]
-        camera = estimator.update(Pyramid(frame), people).camera
-        assert camera is None
-
-
 def waves(dx: float, dy: float, shape: tuple[int, int] = (60, 80)) -> Pyramid:
     y, x = np.mgrid[: shape[0], : shape[1]]
     return Pyramid((128 + 60 * np.sin((x - dx) / 5) * np.sin((y - dy) / 4)).astype(np.uint8))
@@ -149,33 +117,6 @@ def test_points_are_followed_to_a_part_of_a_pixel(levels: range) -> None:
     assert after[2] - before[2] == pytest.approx((1.5, -0.75), abs=0.5)
 
 
-def test_far_points_are_found_about_where_they_are_expected() -> None:
-    small = np.random.default_rng(0).integers(0, 255, (12, 16)).astype(np.uint8)
-    image = cv2.resize(small, (160, 120), interpolation=cv2.INTER_CUBIC)
-    last, now = Pyramid(image[:, 40:].copy()), Pyramid(image[:, :120].copy())
-    points = np.float32([(30.5, 30.5), (50.5, 84.5)])
-    before, after = followed(last, now, points, range(1), (38.0, 1.0))
-    np.testing.assert_allclose(after - before, [(40, 0)] * 2, atol=0.1)
-
-
-def test_what_is_not_there_is_not_found() -> None:
-    none, _ = followed(waves(0, 0), waves(1, 0), np.empty((0, 2), np.float32), range(3))
-    assert len(none) == 0
-    flat = Pyramid(np.full((60, 80), 90, np.uint8))
-    assert len(followed(flat, flat, np.float32([(30.5, 30.5)]), range(3))[0]) == 0
-    away = np.float32([(-40, 30), (30, 500), (1e9, 1e9), (np.nan, 5)])
-    assert len(followed(waves(0, 0), waves(1, 0), away, range(3))[0]) == 0
-    inside = np.float32([(30.5, 30.5)])
-    assert len(followed(waves(0, 0), waves(1, 0), inside, range(3), (500.0, 0.0))[0]) == 0
-
-
-@pytest.mark.parametrize('shape', [(1, 1), (5, 2), (17, 40)])
-def test_images_may_be_smaller_than_the_window(shape: tuple[int, int]) -> None:
-    points = np.float32([(0.5, 0.5)])
-    before, after = followed(waves(0, 0, shape), waves(0, 0, shape), points, range(5))
-    np.testing.assert_allclose(before, after, atol=0.1)
-
-
 TRUE = motion_of([1.02, -0.03, 4], [0.03, 1.02, -7], [1e-5, -2e-5, 1])
 
 
@@ -187,57 +128,12 @@ def carried(before: np.ndarray) -> np.ndarray:
     return np.array([TRUE.carry(*point) for point in before.tolist()], np.float32)
 
 
-def test_points_on_things_that_move_by_themselves_do_not_count() -> None:
-    before, after = points(), carried(points())
-    after[::3] += np.float32([30, 5])
-    np.testing.assert_allclose(camera_motion(before, after), TRUE.camera, atol=1e-3)
-
-
-@pytest.mark.parametrize('seed', range(4))
-def test_slow_walkers_do_not_pull_the_world_along(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    before = rng.uniform((0, 0), (580, 430), (60, 2)).astype(np.float32)
-    after = before + rng.normal((0.5, 0.3), 0.1, before.shape).astype(np.float32)
-    # With a zoom of 1/400 they would nearly agree with the rest.
-    after[np.argsort(before[:, 0])[-15:], 0] -= 2
-    motion = camera_motion(before, after)
-    assert WorldMotion(motion).carry(290, 215) == pytest.approx((290.5, 215.3), abs=0.15)
-
-
 @pytest.mark.parametrize('after', [points(), points() + np.float32(0.1), carried(points()[::-1])])
 def test_points_that_stand_still_are_few_or_do_not_agree_have_no_motion(
     after: np.ndarray,
 ) -> None:
     assert camera_motion(points(), after) is None
     assert camera_motion(points(7), carried(points(7))) is None
-
-
-@pytest.mark.parametrize(
-    ('zoom', 'turn', 'tilt'), [(1.3, 0, 0), (0.7, 0, 0), (1, 0.3, 0), (1, 0, 2e-3)]
-)
-def test_no_camera_zooms_turns_or_tilts_as_much_from_frame_to_frame(
-    zoom: float, turn: float, tilt: float
-) -> None:
-    sure = points() - np.float32([160, 120])
-    cos, sin = zoom * np.cos(turn), zoom * np.sin(turn)
-    moved_on = sure @ np.array([[cos, sin], [-sin, cos]], np.float32) / (1 + tilt * sure[:, :1])
-    assert camera_motion(sure, moved_on) is None
-
-
-def test_points_that_do_not_come_back_are_left_out() -> None:
-    small = np.random.default_rng(0).integers(0, 255, (14, 22)).astype(np.uint8)
-    image = cv2.resize(small, (110, 70), interpolation=cv2.INTER_CUBIC)
-    last, now = image[:, 4:].copy(), image[:, :-4].copy()
-    # What was there has gone, and something else is in its place.
-    now[20:50, 60:100] = np.random.default_rng(1).integers(0, 255, (30, 40))
-    kept = np.float32([(x + 0.5, y + 0.5) for x in range(14, 44, 6) for y in range(16, 54, 6)])
-    gone = np.float32([(x + 0.5, y + 0.5) for x in range(64, 94, 6) for y in range(24, 48, 6)])
-    pair, levels, step = (Pyramid(last), Pyramid(now)), range(2), (4.0, 0.0)
-    assert len(followed(*pair, gone, levels, step)[0]) == len(gone)
-    assert len(followed(*pair, gone, levels, step, astray=1.0)[0]) < len(gone) / 3
-    before, after = followed(*pair, kept, levels, step, astray=1.0)
-    np.testing.assert_array_equal(before, kept)
-    np.testing.assert_allclose(after - before, np.broadcast_to(step, kept.shape), atol=0.1)
 
 
 STEP, TURN = motion_of([1, 0, 3], [0, 1, 0]), motion_of([0, -1, 0], [1, 0, 0])
@@ -257,23 +153,6 @@ def test_the_way_back_leads_to_where_it_began() -> None:
     back = WorldMotion.over(steps).inverse()
     assert WorldMotion.over([*steps, back]).carry(10, 20) == pytest.approx((10, 20))
     assert WorldMotion().inverse() == WorldMotion()
-
-
-def test_in_an_image_of_another_size_it_is_the_same() -> None:
-    x, y = TRUE.carry(100, 60)
-    assert TRUE.scaled(0.5, 0.25).carry(50, 15) == pytest.approx((x / 2, y / 4))
-    assert WorldMotion().scaled(0.5, 0.25) == WorldMotion()
-
-
-@pytest.mark.parametrize('border', [cv2.BORDER_REPLICATE, cv2.BORDER_CONSTANT])
-def test_a_window_of_a_warp_is_the_warps_window(border: int) -> None:
-    image = np.random.default_rng(0).integers(1, 255, (40, 50), np.uint8)
-    motion, window = motion_of([1, 0, 3], [0, 1, -2]), (slice(10, 20), slice(0, 35))
-    part = motion.warped(image, window, border)
-    np.testing.assert_array_equal(part[:, 3:], image[12:22, :32])
-    outside = image[12:22, :1] if border == cv2.BORDER_REPLICATE else 0
-    assert (part[:, :3] == outside).all()
-    np.testing.assert_array_equal(WorldMotion().warped(image, window, border), image[window])
 
 
 @pytest.mark.parametrize(
@@ -296,8 +175,3 @@ def test_what_a_window_shows_is_where_the_motion_takes_it(motion: WorldMotion) -
         corner = image[top : top + 2, left : left + 2].astype(float)
         expected = np.array([1 - v, v]) @ corner @ np.array([1 - u, u])
         assert part[row - 20, column - 30] == pytest.approx(expected, abs=2)
-
-
-def test_an_empty_window_is_empty() -> None:
-    image = np.zeros((9, 8), np.uint8)
-    assert STEP.warped(image, (slice(3, 3), slice(1, 6))).shape == (0, 5)

@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest
@@ -183,13 +181,6 @@ def test_colours_that_go_are_told_and_leave_no_tint() -> None:
     assert error(made, warm) < 4
 
 
-def test_an_image_smaller_than_a_cell_says_nothing() -> None:
-    light = Light()
-    for value in (200, 50):
-        image = np.full((5, 40, 3), value, np.uint8)
-        assert shown(light, image, people=np.zeros((5, 40), np.uint8)) is image
-
-
 def picture(low: int, high: int, seed: int = 1) -> np.ndarray:
     return np.random.default_rng(seed).integers(low, high + 1, (60, 80, 3)).astype(np.uint8)
 
@@ -202,20 +193,6 @@ def curve_of(image: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(('low', 'high'), [(0, 255), (20, 230), (50, 185)])
 def test_pictures_that_use_many_levels_stay_as_they_are(low: int, high: int) -> None:
     assert Contrast().curve_for(picture(low, high)) is None
-
-
-@pytest.mark.parametrize('level', [0, 128, 255])
-def test_a_picture_of_one_level_decides_nothing(level: int) -> None:
-    assert Contrast().curve_for(np.full((8, 8, 3), level, np.uint8)) is None
-
-
-def test_no_order_of_levels_changes_and_none_is_lost_at_the_ends() -> None:
-    curve = curve_of(picture(100, 140))
-    assert curve[0] == 0
-    assert curve[255] == 255
-    assert (np.diff(curve.astype(int)) >= 0).all()
-    # What is brighter than all that was seen at first can still be told apart.
-    assert curve[255] > curve[200] > curve[150]
 
 
 def test_levels_that_count_are_spread_evenly_and_the_rest_keeps_its_shares() -> None:

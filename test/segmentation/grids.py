@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Links of graphs of open pixels as images: (4, h, w), those of a pixel to the four after it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import itertools
 
 import numpy as np
@@ -58,36 +56,10 @@ def test_given_labels_hold_and_the_rest_is_optimal(seed: int) -> None:
     assert energy(labels, logit, links) == energy(allowed, logit, links).min()
 
 
-def test_of_equal_labellings_the_one_with_the_most_ones_wins() -> None:
-    flat = np.zeros((2, 3), np.float32)
-    assert cut(flat, np.zeros((4, 2, 3), np.int32)).all()
-    logit = np.array([[1.0, 0.0, -1.0]], np.float32)
-    links = np.zeros((4, 1, 3), np.int32)
-    links[0, 0, :2] = 50
-    assert cut(logit, links).tolist() == [[True, True, False]]
-
-
 def contrast_of(image: np.ndarray, weight: float, given: np.ndarray | None = None) -> np.ndarray:
     graph = open_graph(np.zeros(image.shape[:2], np.int8) if given is None else given)
     contrast_links(graph, image, weight)
     return links_of(graph)
-
-
-def test_flat_images_cost_the_full_weight_over_the_distance() -> None:
-    links = contrast_of(np.full((3, 3, 3), 100, np.uint8), 2.0)
-    for direction, (d_row, d_col) in enumerate(NEIGHBOURS):
-        expected = int(2 * CAPACITY / np.hypot(d_row, d_col))
-        inner = links[direction, 0, 1] if d_col <= 0 else links[direction, 0, 0]
-        assert inner == expected
-
-
-def test_links_out_of_the_image_are_zero() -> None:
-    graph = open_graph(np.zeros((3, 4), np.int8))
-    contrast_links(graph, np.full((3, 4, 3), 7, np.uint8), 1.0)
-    distance_links(graph, np.ones((3, 4), np.float32), 1.0)
-    beyond = graph.beside == len(graph.pixels)
-    assert not graph.links[beyond].any()
-    assert graph.links[~beyond].all()
 
 
 def test_contrast_follows_boykov_and_jolly() -> None:
@@ -108,19 +80,6 @@ def test_contrast_follows_boykov_and_jolly() -> None:
     assert links[3, :-1, 1:] == pytest.approx(
         2 * CAPACITY / np.sqrt(2) * np.exp(-beta * squares[3]), abs=6
     )
-
-
-def test_the_mean_contrast_may_be_that_of_another_graph() -> None:
-    rng = np.random.default_rng(0)
-    image = rng.integers(0, 255, (6, 5, 3)).astype(np.uint8)
-    whole = open_graph(np.zeros((6, 5), np.int8))
-    given = np.ones((6, 5), np.int8)
-    given[2:4, 1:3] = 0
-    contrast_links(whole, image, 2.0)
-    part = open_graph(given)
-    contrast_links(part, image, 2.0, mean_contrast(whole, image))
-    found = links_of(part)
-    assert (found == np.where(found > 0, links_of(whole), 0)).all()
 
 
 def test_the_shape_term_is_the_mean_of_both_ends() -> None:

@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2
@@ -60,11 +58,6 @@ def test_somebody_lost_has_a_reason() -> None:
         'the person is hidden or gone',
         'nobody is tracked',
     ]
-
-
-def test_every_slot_must_be_given() -> None:
-    with pytest.raises(InputError, match='2 likelihoods'):
-        PeopleSegmenter(max_people=2).update(np.zeros((9, 9, 3), np.uint8), [], [])
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 
@@ -9,15 +7,13 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.geometry import BodyFrame, Box, Placement
+from gait_segmentation.geometry import BodyFrame, Placement
+from gait_segmentation.paper.vocabulary import VocabularyError
 from gait_segmentation.results import MatchResult
 from gait_segmentation.segmentation import SegmentationConfig
 from gait_segmentation.segmentation.segmenter import (
     Segmenter,
-    no_finer,
-    window_about,
 )
-from gait_segmentation.segmentation.vocabulary import VocabularyError
 
 SHAPE = (160, 120)
 BODY = BodyFrame(60, 80, 120)
@@ -163,19 +159,6 @@ def test_nothing_that_is_taken_is_in_the_mask() -> None:
     assert mask[240, 150:180].all()
 
 
-@pytest.mark.parametrize('seed', [0, 12, 21])
-def test_a_mask_of_which_others_leave_nothing_has_a_reason(seed: int) -> None:
-    """They have all that the outline at full resolution leaves of a few working pixels."""
-    rng = np.random.default_rng(seed)
-    few, size = np.zeros(SHAPE, np.uint8), (3 * SHAPE[0], 3 * SHAPE[1])
-    few[70:74, 50:54] = 250
-    taken = np.where(rng.random(size) < 0.5, 255, 0).astype(np.uint8)
-    image = rng.integers(0, 256, (*size, 3), np.uint8)
-    unseen = match(np.zeros(SHAPE, np.uint8), body=BODY.scaled(3))
-    found = Segmenter().update(image, few, unseen, taken)
-    assert found.mask.any() == (found.reason == '')
-
-
 def test_a_foot_that_is_hardly_likely_stays_where_the_template_has_one() -> None:
     body, foot = np.zeros(SHAPE, np.uint8), np.zeros(SHAPE, np.uint8)
     body[30:110, 45:75] = 255
@@ -255,30 +238,6 @@ def test_a_timid_likelihood_from_outside_is_learnt_to_mean_the_person() -> None:
     assert iou(found.mask, truth) > 0.9
     unlearnt = Segmenter(SegmentationConfig(prior='none'))
     assert not unlearnt.update(picture(), timid, match()).mask.any()
-
-
-def test_the_window_holds_what_was_found_before_if_it_is_near() -> None:
-    body = BodyFrame(50.0, 50.0, 40.0, 0.0)
-    rows, columns = window_about(body, None, (100, 100))
-    assert rows.start < 30 < 70 < rows.stop
-    reaching = Box(55, 40, 44, 20)
-    assert window_about(body, reaching, (100, 100))[1].stop > max(columns.stop, 99)
-    assert window_about(body, Box(0, 0, 3, 3), (100, 100)) == (rows, columns)
-    outside = window_about(BodyFrame(500.0, 50.0, 40.0, 0.0), None, (100, 100))
-    assert outside[1].start >= outside[1].stop
-
-
-def test_a_body_is_cut_out_no_finer_than_it_need_be() -> None:
-    maps = np.zeros((4000, 400), np.uint8), np.full((4000, 400), 255, np.uint8)
-    usual = BodyFrame(200.0, 200.0, 300.0)
-    assert all(a is b for a, b in zip(no_finer(*maps, usual, 400), maps, strict=True))
-    # Half the size of the image, and a body as tall as that allows.
-    tall = BodyFrame(400.0, 4000.0, 7800.0)
-    likelihood, prior = no_finer(*maps, tall, 800)
-    assert likelihood.shape == prior.shape
-    assert 0.9 * 2**18 <= likelihood.size <= 1.1 * 2**18
-    assert likelihood.shape[0] == pytest.approx(10 * likelihood.shape[1], rel=0.01)
-    assert (prior == 255).all()
 
 
 def test_what_is_taken_draws_nothing_to_it() -> None:

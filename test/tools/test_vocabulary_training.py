@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.segmentation.vocabulary import VocabularyError
+from gait_segmentation.paper.vocabulary import VocabularyError
 from gait_tools.gait_model import BankSpec, build_bank
 from gait_tools.vocabulary_training import (
     Silhouette,

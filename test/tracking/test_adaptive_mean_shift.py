@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import dataclasses
 
 import cv2
@@ -11,7 +9,6 @@ import pytest
 from gait_segmentation.geometry import Box, check_matched_box
 from gait_segmentation.results import Feedback
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
-from gait_segmentation.tracking.features import FeatureSelector, View
 from test.walkers import box_of, clip, small_bank
 
 CONFIG = TrackingConfig(
@@ -37,28 +34,6 @@ def test_the_box_follows_a_walker() -> None:
     height, width = track.likelihood.shape
     assert (height, width) == inside.shape
     assert track.likelihood[inside].mean() > track.likelihood[~inside].mean() + 60
-
-
-def test_what_is_likely_in_the_box_is_learnt_as_the_person(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    learnt, learn = [], FeatureSelector.learn
-
-    def spy(selector: FeatureSelector, view: View, labels: np.ndarray) -> None:
-        if selector.features:
-            logit = selector.log_ratio(view)
-            learnt.append((logit[labels == 1], logit[labels == 2]))
-        learn(selector, view, labels)
-
-    monkeypatch.setattr(FeatureSelector, 'learn', spy)
-    made, frames = tracker(), clip()
-    made.initialize(box_of(frames[0]))
-    for frame in frames[:4]:
-        made.update(frame.image, frame.stamp_ns)
-    for person, left_out in learnt:
-        assert person.min() >= 0
-        assert left_out.size
-    assert len(learnt) == 4
 
 
 def test_masks_teach_nothing() -> None:
@@ -102,7 +77,7 @@ def test_who_stands_while_the_camera_pans_has_no_pace() -> None:
     made.initialize(box_of(frame))
     for number in range(8):
         made.update(np.roll(frame.image, 3 * number, axis=1), 40_000_000 * (1 + number))
-    [target] = [each for each in made._slots if each is not None]
+    [target] = made.targets()
     # The camera pans by 75 pixels a second.
     assert abs(target.person.velocity[0]) < 25
 

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Who is found by the walk, and which slot they get."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from types import SimpleNamespace
 
@@ -16,7 +14,6 @@ from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.results import LOST, TRACKED
-from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking.arrivals import MapFinder, look_at, slot_for_found
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.trial import Trial
@@ -70,21 +67,18 @@ class Finder:
 
 
 @pytest.fixture
-def finder() -> Finder:
-    return Finder()
-
-
-def finding(finder: Finder, slots: int = 1, **options) -> Told:
-    told = Told(slots, 'motion', **options)
-    told.tracker._finder = finder
-    return told
+def finder(monkeypatch: pytest.MonkeyPatch) -> Finder:
+    """Return the finder of all trackers that are made."""
+    made = Finder()
+    monkeypatch.setattr('gait_segmentation.tracking.tracker.WalkerFinder', lambda *_: made)
+    return made
 
 
 @pytest.mark.parametrize('slots', [1, 2])
 def test_people_found_get_free_slots_and_are_told_to_the_finder(
     finder: Finder, slots: int
 ) -> None:
-    told = finding(finder, slots)
+    told = Told(slots, 'motion')
     assert ids(told.show(Figure(60))) == [0] * slots
     finder.find(Figure(60))
     for figure in step([Figure(60)] * ON_TRIAL):
@@ -101,7 +95,7 @@ def test_people_found_get_free_slots_and_are_told_to_the_finder(
 def test_who_was_found_leaves_the_slot_after_a_second_without_the_shape_of_a_body(
     finder: Finder, fits: bool
 ) -> None:
-    told = finding(finder)
+    told = Told(1, 'motion')
     figures = step(walk(Figure(60), 40))
     finder.find(figures[0])
     slots = []
@@ -120,28 +114,8 @@ def test_who_was_found_leaves_the_slot_after_a_second_without_the_shape_of_a_bod
     assert len(finder.refuted) == (0 if fits else 1)
 
 
-def test_of_several_people_others_are_followed_without_a_free_slot(finder: Finder) -> None:
-    told = finding(finder, 2)
-    figures = [Figure(60), Figure(200, GREEN)]
-    for figure in figures:
-        finder.find(figure)
-    for each in zip(*(step([figure] * ON_TRIAL) for figure in figures), strict=True):
-        told.show(*each)
-        assert finder.wanted
-    told.show(*figures)
-    assert not finder.wanted
-    assert len(finder.asked[-1]) == 2
-
-
-def test_the_place_of_somebody_known_is_no_wider_than_a_body(finder: Finder) -> None:
-    told = finding(finder)
-    image = np.zeros((240, 320, 3), np.uint8)
-    told.tracker._find(image, [Box(10, 20, 150, 100)], [], None, wanted=True)
-    assert finder.asked[-1] == [Box(55, 20, 60, 100)]
-
-
 def test_nobody_is_looked_for_once_boxes_are_given_until_a_reset(finder: Finder) -> None:
-    told = finding(finder, 2)
+    told = Told(2, 'motion')
     told.start(Figure(60))
     told.show(Figure(60))
     # The place about the box is looked at, and nobody is looked for.
@@ -152,15 +126,6 @@ def test_nobody_is_looked_for_once_boxes_are_given_until_a_reset(finder: Finder)
     told.tracker.reset()
     told.show(Figure(60))
     assert finder.wanted
-
-
-def test_the_search_can_be_switched_off_and_on() -> None:
-    told = Told(1, 'none')
-    finder = told.tracker._finder
-    assert finder.config.auto_init == 'none'
-    told.tracker.starting = StartingConfig(auto_init='motion')
-    finder = told.tracker._finder
-    assert finder.config.auto_init == 'motion'
 
 
 @pytest.mark.parametrize('auto', ['none', 'motion'])
@@ -175,8 +140,8 @@ def test_a_box_starts_before_what_the_camera_has_seen(auto: str) -> None:
             told.show(boards=[board])
         told.tracker.initialize(Box(box.x, box.y, board[1] - box.x, box.height))
         told.tracker.update(image, told.stamp_ns)
-        (slot,) = told.tracker._slots
-        return cv2.resize(slot.person.mask, image.shape[1::-1])
+        (target,) = told.tracker.targets()
+        return cv2.resize(target.person.mask, image.shape[1::-1])
 
     # Half of the box is a board, which was there before.
     wrong = [np.count_nonzero((first_mask(n) > 127) != (mask > 0)) for n in (0, 15)]
@@ -184,7 +149,7 @@ def test_a_box_starts_before_what_the_camera_has_seen(auto: str) -> None:
 
 
 def test_a_box_that_is_refused_does_not_end_the_search(finder: Finder) -> None:
-    told = finding(finder)
+    told = Told(1, 'motion')
     told.tracker.initialize(Box(500, 10, 20, 50))
     with pytest.raises(InputError):
         told.show(Figure(60))
@@ -196,7 +161,7 @@ def test_a_box_that_is_refused_does_not_end_the_search(finder: Finder) -> None:
 def test_somebody_found_is_the_lost_one_only_in_the_same_clothes(
     finder: Finder, coat: tuple[int, int, int], track_id: int
 ) -> None:
-    told = finding(finder, patience=5.0)
+    told = Told(1, 'motion', patience=5.0)
     out = walk(Figure(260), 25, 4.0)
     finder.find(out[0])
     for figure in out:
@@ -289,11 +254,6 @@ def test_what_lies_or_is_tiny_is_nobody(bank, size):
     assert not any(finder.update(heat(n, region), SOURCE, [], 30) for n in range(20))
 
 
-def test_in_a_map_of_one_pixel_is_nobody(bank):
-    one_pixel = HeatMap(np.full((1, 1), 255, np.uint8), 1)
-    assert MapFinder(bank).update(one_pixel, (60, 60), [], 20) == []
-
-
 def test_what_is_less_clear_must_be_seen_in_several_maps(bank):
     finder, square = MapFinder(bank), np.full((60, 34), 255, np.uint8)
     found = [len(finder.update(heat(n, (20 + n, 30, square)), SOURCE, [], 20)) for n in range(8)]
@@ -315,24 +275,6 @@ def test_a_part_that_the_network_is_sure_of_is_nobody_beside_the_whole(bank, chi
         whole[50:, 12:28] = 255
     (found,) = finder.update(heat(0, (20, 10, whole)), SOURCE, [], 20)
     assert (found.y, found.height) == (pytest.approx(20, abs=4), pytest.approx(180, abs=4))
-
-
-def test_people_who_touch_faintly_are_two(bank):
-    finder = MapFinder(bank)
-    values = np.zeros((80, 90), np.uint8)
-    values[30:40] = 60
-    for left in (5, 55):
-        values[:, left : left + 30] = np.maximum(values[:, left : left + 30], body(bank, (30, 80)))
-    assert len(finder.update(heat(0, (20, 20, values)), SOURCE, [], 20)) == 2
-
-
-def test_nobody_is_found_before_a_taller_one_who_is_not_sure_yet(bank):
-    finder = MapFinder(bank)
-    regions = (20, 30, body(bank)), (90, 20, np.full((80, 45), 255, np.uint8))
-    found = [finder.update(heat(n, *regions), SOURCE, [], 20) for n in range(6)]
-    first = next(boxes for boxes in found if boxes)
-    assert found[0] == []
-    assert [box.height for box in first] == pytest.approx([160, 120], abs=4)
 
 
 def fitting(share: float) -> tuple[np.ndarray, np.ndarray]:
@@ -385,6 +327,14 @@ def test_who_walks_changes_shape_and_stays_a_body(masks: list[np.ndarray], passe
     for number, mask in enumerate(masks):
         trial.learn(10**9 + number * 10**8, mask, mask)
     assert trial.is_passed() == passed
+
+
+@pytest.mark.parametrize('later_s', [0.2, 0.9])
+def test_only_shapes_half_a_step_apart_are_compared(later_s: float) -> None:
+    trial = Trial(10**9)
+    for number in range(2):
+        trial.learn(10**9 + round(number * later_s * 1e9), leg(15), leg(15))
+    assert trial.is_passed()
 
 
 def test_it_lasts_a_second() -> None:

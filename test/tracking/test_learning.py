@@ -2,20 +2,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What masks teach: all of a person, and part of one."""
 
-from __future__ import annotations
-
-import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.colour import ColourModel
-from gait_segmentation.images import placed, shrink
+from gait_segmentation.images import placed
 from gait_segmentation.results import Feedback
 from gait_segmentation.tracking.learning import (
     grown,
     learn,
     without_parts_apart,
-    working_masks,
 )
 from gait_segmentation.tracking.person import Person
 from test.tracking.figures import Figure, Told, picture
@@ -32,7 +28,7 @@ def test_half_a_body_teaches_neither_colours_nor_size_but_is_followed() -> None:
     told.start(path[0])
     for number, figure in enumerate(path):
         (result,) = told.show(figure, boards=[BOARD])
-        (target,) = told.tracker._targets()
+        (target,) = told.tracker.targets()
         colours.append(hash(target.person.person.table.tobytes()))
         heights.append(target.body.height)
         if number >= 10:
@@ -51,7 +47,7 @@ def test_a_part_of_somebody_who_is_not_alone_tells_nothing_of_the_background(alo
     told = Told()
     told.follow([Figure(60)] * 2)
     told.tracker.update(picture([Figure(60)])[0], told.stamp_ns)
-    (target,) = told.tracker._targets()
+    (target,) = told.tracker.targets()
     half = Figure(60).mask()
     half[:, 60:] = 0
     feedback = Feedback(told.stamp_ns, target.track_id, half, None, Figure(60).mask())
@@ -72,20 +68,6 @@ def broad(mask: np.ndarray) -> Person:
     return Person(30, 30, 40, 8, 8, mask, ColourModel(0.7, 1e-4), ColourModel(0.7, 1e-4))
 
 
-@pytest.mark.parametrize(('size', 'shape'), [((240, 320), SMALL), ((90, 100), (61, 68))])
-def test_masks_shrink_as_a_whole_image_would(
-    size: tuple[int, int], shape: tuple[int, int]
-) -> None:
-    for place in ((10, 20), (0, 0), (size[0] - 1, size[1] - 1)):
-        mask = np.zeros(size, np.uint8)
-        cv2.ellipse(mask, place[::-1], (20, 31), 15, 0, 360, 255, -1)
-        small, _ = working_masks(Feedback(1, 1, mask, None, mask), shape)
-        expected = np.where(shrink(mask, shape) > 127, 255, 0)
-        assert np.count_nonzero(small != expected) <= 2
-    empty = np.zeros(size, np.uint8)
-    assert not working_masks(Feedback(1, 1, empty, None, empty), shape)[0].any()
-
-
 def test_the_margin_is_a_share_of_the_height() -> None:
     mask = block(20, 10, 40, 50)
     window, part = grown(mask, 100)
@@ -93,14 +75,6 @@ def test_the_margin_is_a_share_of_the_height() -> None:
     assert np.flatnonzero(margin[30]).tolist() == list(range(18, 42))
     assert margin.any(axis=1).sum() == 44
     assert not grown(np.zeros(SMALL, np.uint8), 100)[1].any()
-
-
-def test_half_a_mask_is_not_whole() -> None:
-    whole, half = block(20, 10, 40, 50), block(20, 10, 30, 50)
-    person = broad(whole)
-    assert person.shows_all(whole)
-    assert not person.shows_all(half)
-    assert person.shows_all(block(20, 10, 40, 48))
 
 
 def test_a_first_mask_far_too_large_does_not_keep_others_out_for_ever() -> None:

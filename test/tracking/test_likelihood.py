@@ -1,25 +1,15 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 from gait_segmentation.colour import BANDS, BIN_VOLUME, ColourModel, colour_bins
 from gait_segmentation.scene.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.likelihood import likelihood_image, log_ratio
+from gait_segmentation.tracking.likelihood import log_ratio
 
 SHAPE = (20, 30)
 WINDOW = (slice(0, 20), slice(0, 30))
-
-
-def test_the_likelihood_image_is_the_sigmoid_in_the_window() -> None:
-    logit = np.array([[0.0, 10.0], [-10.0, 1.0]], np.float32)
-    window = (slice(1, 3), slice(2, 4))
-    result = likelihood_image(logit, window, (4, 5))
-    assert result[window].tolist() == [[128, 255], [0, round(255 / (1 + np.exp(-1)))]]
-    assert result.sum() == result[window].sum()
 
 
 def models() -> tuple[ColourModel, ColourModel]:

@@ -1,15 +1,12 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.colour import ColourModel, colour_bins
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.images import axis_tilt
-from gait_segmentation.tracking.person import Person, extent_of
+from gait_segmentation.tracking.person import Person
 
 SHAPE = (240, 320)
 
@@ -36,26 +33,6 @@ def test_place_and_size_follow_the_masks_in_the_frame_of_the_body(degrees: int) 
     found = state.center_x, state.center_y, state.height
     assert found == pytest.approx((108, 123, 108), abs=2)
     assert state.box.width == pytest.approx(36, abs=3)
-
-
-def test_masks_are_carried_by_whole_pixels_but_do_not_lag_behind() -> None:
-    state = person()
-    before = state.mask
-    state.template = state.mask
-    for _ in range(10):
-        state.carry(1.4, -0.3)
-    for image in (state.mask, state.part, state.template):
-        np.testing.assert_array_equal(image[:-3, 14:], before[3:, :-14])
-
-
-def test_a_mask_of_all_of_the_person_takes_the_place_of_all_before() -> None:
-    state = person()
-    whole, part = ellipse(110, 120, 100), ellipse(110, 110, 60)
-    state.part = part
-    state.carry(0.4, 0.0)
-    state.take(whole, whole)
-    assert state.mask is state.part is state.template is whole
-    assert state.rest == (0.0, 0.0)
 
 
 def test_without_masks_the_size_follows_mean_shift_up_to_a_limit() -> None:
@@ -110,22 +87,6 @@ def test_the_first_step_sets_the_pace() -> None:
     assert state.way(0.1) == pytest.approx((12.5, 2.5))
 
 
-def test_without_a_measurement_the_person_moves_on_with_the_camera() -> None:
-    state = person()
-    for _ in range(30):
-        state.move((1.0, 0.0), (4.0, 0.0), 0.04)
-    assert state.move((-2.0, 0.0), None, 0.04) == pytest.approx((1.0, 0.0), abs=0.01)
-
-
-def test_a_pace_that_is_forgotten_begins_anew() -> None:
-    state = person()
-    state.move((0.0, 0.0), (4.0, 0.0), 0.04)
-    state.forget_pace()
-    assert state.velocity == (0, 0)
-    state.move((0.0, 0.0), (-2.0, 0.0), 0.04)
-    assert state.velocity[0] == pytest.approx(-50)
-
-
 @pytest.mark.parametrize('degrees', [-20, 20])
 def test_a_tilted_body_is_followed_only_when_it_leans_clearly(degrees: int) -> None:
     state = person()
@@ -167,19 +128,6 @@ def test_a_shadow_on_known_ground_is_the_persons_only_inside_the_template() -> N
     assert 0 < shares[1] < 0.7 * shares[0]
 
 
-def test_a_template_elsewhere_leaves_nothing_of_the_mask() -> None:
-    state = person()
-    lab = np.full((*SHAPE, 3), 100, np.uint8)
-    window = state.window(SHAPE)
-    elsewhere = np.zeros(SHAPE, np.uint8)
-    elsewhere[100:120, 40:50] = 255
-    before = state.person.table.copy()
-    mask = np.zeros(SHAPE, np.uint8)
-    mask[110:120, 120:130] = 255
-    state.learn_colours(lab[window], window, mask, elsewhere, (1.0, 1.0))
-    np.testing.assert_array_equal(state.person.table, before)
-
-
 def test_what_may_be_either_counts_for_both_at_first() -> None:
     state = person()
     lab = np.full((*SHAPE, 3), 100, np.uint8)
@@ -199,30 +147,3 @@ def test_masks_of_another_size_teach_nothing() -> None:
     assert not state.teaches(ellipse(100, 120, 30), prior)
     assert not state.teaches(np.full(SHAPE, 255, np.uint8), prior)
     assert not state.teaches(np.zeros(SHAPE, np.uint8), np.zeros(SHAPE, np.uint8))
-
-
-def test_a_mask_is_measured_from_a_point() -> None:
-    mask = np.zeros((60, 80), np.uint8)
-    mask[10:50, 20:40] = 255
-    extent = extent_of(mask, (30, 30), 0.0)
-    assert (extent.top, extent.bottom, extent.left, extent.right) == (-20, 20, -10, 10)
-    assert extent.axis == pytest.approx(0, abs=0.5)
-    assert not extent.at_bottom
-    mask[50:] = mask[49]
-    assert extent_of(mask, (30, 30), 0.0).at_bottom
-
-
-def test_along_a_tilted_body_the_extent_is_that_of_the_body() -> None:
-    mask = np.zeros((200, 200), np.uint8)
-    cv2.ellipse(mask, (100, 100), (20, 60), 20, 0, 360, 255, -1)
-    extent = extent_of(mask, (100, 100), np.radians(20))
-    assert extent.bottom - extent.top == pytest.approx(120, abs=3)
-    assert extent.right - extent.left == pytest.approx(40, abs=3)
-
-
-@pytest.mark.parametrize('degrees', [-30, 0, 12, 25])
-def test_the_tilt_is_that_of_the_main_axis(degrees: int) -> None:
-    mask = np.zeros((200, 200), np.uint8)
-    cv2.ellipse(mask, (100, 100), (20, 60), degrees, 0, 360, 255, -1)
-    assert axis_tilt(mask) == pytest.approx(np.radians(degrees), abs=0.01)
-    assert axis_tilt(np.zeros((5, 5), np.uint8)) == 0

@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 from dataclasses import replace
 
 import cv2
@@ -13,7 +11,7 @@ from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
-from test.tracking.figures import BLUE, GREEN, Figure, Told, ids
+from test.tracking.figures import BLUE, GREEN, STEP_NS, Figure, Told, ids
 from test.walkers import box_of, clip, small_bank
 
 
@@ -60,11 +58,6 @@ def test_a_leaning_person_is_tracked_leaning_from_the_first_frame(use_tilt: bool
     assert angle == pytest.approx(18 if use_tilt else 0, abs=8)
 
 
-def test_the_working_size_limits_the_likelihood() -> None:
-    result = Tracker(working_size=160).update(clip()[0].image, 5)
-    assert result.likelihood.shape == (120, 160)
-
-
 def test_it_follows_a_walker_from_the_first_box_with_feedback() -> None:
     track, result = started()
     for before, frame in zip(clip(), clip()[1:], strict=False):
@@ -91,18 +84,6 @@ def test_late_feedback_teaches_as_well() -> None:
     assert result.likelihood[last.truths[0] == 255].mean() > 180
 
 
-def test_without_any_feedback_it_goes_on_for_longer_than_it_keeps_frames() -> None:
-    frames = clip(pan=0.0, frames=34)
-    track = Tracker()
-    box = box_of(frames[0])
-    track.initialize(box)
-    for frame in frames:
-        result = track.update(frame.image, frame.stamp_ns)
-    assert result.state == 'tracked'
-    assert frames[-1].boxes[0] is not None
-    assert result.box.iou(frames[-1].boxes[0]) > 0.3
-
-
 def test_feedback_of_others_and_of_frames_not_kept_is_ignored() -> None:
     (plain, result), (pestered, _) = started(), started()
     good = feedback(clip()[0], result)
@@ -120,31 +101,9 @@ def test_feedback_of_others_and_of_frames_not_kept_is_ignored() -> None:
     assert (one != untaught).any()
 
 
-def test_a_mask_of_another_size_is_refused() -> None:
-    track, result = started()
-    wrong = replace(feedback(clip()[0], result), mask=np.zeros((5, 5), np.uint8))
-    with pytest.raises(InputError, match=r'source size \(240, 320\)'):
-        track.learn(wrong)
-
-
 def test_another_size_forgets_the_person() -> None:
     track, _ = started()
     assert track.update(clip()[1].image[:200], clip()[1].stamp_ns).box is None
-
-
-def test_ids_are_never_used_twice() -> None:
-    track, first = started()
-    track.reset()
-    assert track.update(clip()[1].image, clip()[1].stamp_ns).track_id == 0
-    track.initialize(box_of(clip()[2]))
-    assert track.update(clip()[2].image, clip()[2].stamp_ns).track_id == first.track_id + 1
-
-
-def test_bad_frames_are_refused() -> None:
-    image = clip()[0].image
-    for bad, stamp_ns, message in ((image[..., 0], 1, 'image must'), (image, 0, 'stamp must be')):
-        with pytest.raises(InputError, match=message):
-            Tracker().update(bad, stamp_ns)
 
 
 @pytest.mark.parametrize('back_ns', [0, 5_000_000, 7_200_000_000_000])
@@ -153,13 +112,6 @@ def test_a_stamp_that_is_not_later_is_refused_and_loses_nothing(back_ns: int) ->
     with pytest.raises(InputError, match=r'must (increase|be positive)'):
         track.update(clip()[0].image, clip()[0].stamp_ns - back_ns)
     assert track.update(clip()[1].image, clip()[1].stamp_ns).track_id == 1
-
-
-def test_what_is_no_box_is_refused_at_once_and_the_stream_goes_on() -> None:
-    track = Tracker()
-    with pytest.raises(InputError, match=r'must be a Box, got \(5, 5, 20, 60\)'):
-        track.initialize((5, 5, 20, 60))  # type: ignore[arg-type]
-    assert not track.update(np.zeros((120, 160, 3), np.uint8), 1).track_id
 
 
 def nothing_of_the_scene(kind: str, number: int) -> np.ndarray:
@@ -237,40 +189,6 @@ def test_each_part_matters_and_can_be_switched_off(name: str, all_parts: TrackRe
     assert (result.likelihood != all_parts.likelihood).mean() > 0.003
 
 
-def test_tilt_changes_nothing_where_nobody_leans(all_parts: TrackResult) -> None:
-    result = last_of_a_grey_clip(use_tilt=False)
-    np.testing.assert_array_equal(result.likelihood, all_parts.likelihood)
-
-
-@pytest.mark.parametrize('height', [1e7, float('nan'), 0.0])
-def test_a_matched_body_that_makes_no_sense_teaches_nothing(height: float) -> None:
-    track, first = started()
-    lesson = feedback(clip()[0], first)
-    with pytest.raises(InputError, match='body must be finite, at most'):
-        track.learn(replace(lesson, body=BodyFrame(160, 120, height)))
-    other, _ = started()
-    for each in (track, other):
-        each.learn(lesson)
-    one, two = (each.update(clip()[1].image, clip()[1].stamp_ns) for each in (track, other))
-    assert one.box == two.box
-    np.testing.assert_array_equal(one.likelihood, two.likelihood)
-
-
-def test_every_slot_has_a_result() -> None:
-    results = Told(slots=3).show(Figure(60))
-    assert [(each.track_id, each.state, each.box) for each in results] == [(0, 'empty', None)] * 3
-    assert not any(each.likelihood.any() for each in results)
-
-
-def test_boxes_take_free_slots_in_order() -> None:
-    told = Told(slots=3)
-    people = (Figure(60), Figure(150, BLUE), Figure(240, GREEN))
-    told.start(*people[:2])
-    assert ids(told.show(*people)) == [1, 2, 0]
-    told.start(people[2])
-    assert ids(told.show(*people)) == [1, 2, 3]
-
-
 def test_a_box_on_somebody_tracked_starts_that_slot_anew() -> None:
     told = Told(slots=2)
     told.start(Figure(60), Figure(200, BLUE))
@@ -300,15 +218,59 @@ def test_people_of_one_size_share_a_world_and_others_have_their_own() -> None:
     )
     told.start(*people)
     told.show(*people)
-    first, second, third = (target.world for target in told.tracker._targets())
+    first, second, third = (target.world for target in told.tracker.targets())
     assert first is second
     assert third is not first
     for _ in range(2):
         told.show(*people)
     # Those of every world learn from their masks.
     assert [len(world.pending) for world in (first, third)] == [0, 0]
+
+
+def test_boxes_take_free_slots_in_order_and_ids_are_never_used_twice() -> None:
+    told = Told(slots=3)
+    people = (Figure(60), Figure(150, BLUE), Figure(240, GREEN))
+    told.start(*people[:2])
+    assert ids(told.show(*people)) == [1, 2, 0]
+    told.start(people[2])
+    *_, last = told.show(*people)
+    assert last.track_id == 3
     told.tracker.reset()
-    assert told.tracker._worlds == []
+    empty = told.show(*people)
+    assert [(each.track_id, each.state, each.box) for each in empty] == [(0, 'empty', None)] * 3
+    assert not any(each.likelihood.any() for each in empty)
+    told.start(people[0])
+    assert ids(told.show(*people)) == [4, 0, 0]
+
+
+NOBODY = np.zeros((180, 320), np.uint8)
+
+
+def lesson(stamp_ns: int = STEP_NS, mask: np.ndarray = NOBODY, **changes) -> Feedback:
+    return replace(Feedback(stamp_ns, 1, mask, None, mask), **changes)
+
+
+@pytest.mark.parametrize(
+    ('refused', 'words'),
+    [
+        (lambda track: track.update(NOBODY, 2 * STEP_NS), r'got .*\(180, 320\)'),
+        (lambda track: track.update(np.dstack([NOBODY] * 3), 0), 'positive'),
+        (lambda track: track.initialize((5, 5, 20, 60)), r'Box, got \(5, 5, 20, 60\)'),
+        (lambda track: track.learn([lesson(mask=NOBODY[:5])]), r'\(180, 320\)'),
+        (lambda track: track.learn([lesson(), lesson(7, track_id=2)]), 'one frame'),
+        (lambda track: track.learn([lesson(body=BodyFrame(60, 90, 1e7))]), 'at most'),
+    ],
+)
+def test_what_makes_no_sense_is_refused_and_changes_nothing(refused, words: str) -> None:
+    plain, asked = Told(), Told()
+    for told in (plain, asked):
+        told.start(Figure(60))
+        told.show(Figure(60))
+    with pytest.raises(InputError, match=words):
+        refused(asked.tracker)
+    for one, two in zip(plain.show(Figure(63)), asked.show(Figure(63)), strict=True):
+        assert (one.track_id, one.box) == (two.track_id, two.box)
+        np.testing.assert_array_equal(one.likelihood, two.likelihood)
 
 
 def test_one_bad_box_is_refused_and_the_others_start() -> None:
@@ -318,16 +280,3 @@ def test_one_bad_box_is_refused_and_the_others_start() -> None:
     with pytest.raises(InputError, match='outside of the image'):
         told.show(Figure(60))
     assert ids(told.show(Figure(60))) == [1, 0]
-
-
-def test_feedback_must_be_of_one_frame() -> None:
-    told = Told(slots=2)
-    told.start(Figure(60), Figure(200, BLUE))
-    one, two = told.show(Figure(60), Figure(200, BLUE))
-    mask = np.zeros((180, 320), np.uint8)
-    pair = [
-        Feedback(one.stamp_ns, 1, mask, None, mask),
-        Feedback(two.stamp_ns + 1, 2, mask, None, mask),
-    ]
-    with pytest.raises(InputError, match='one frame'):
-        told.tracker.learn(pair)

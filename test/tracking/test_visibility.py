@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -9,7 +7,7 @@ from hypothesis import given, settings, strategies as st
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import distance_from
 from gait_segmentation.tracking.redetection import find_silhouette
-from gait_segmentation.tracking.visibility import Sight, WindowShift, mean_shift, visible_box
+from gait_segmentation.tracking.visibility import Sight, mean_shift, visible_box
 from test.tracking.figures import Figure
 
 SHAPE = (40, 30)
@@ -21,12 +19,6 @@ def block(left: int, top: int, right: int, bottom: int, value: int = 255) -> np.
     return image
 
 
-def test_who_stands_out_is_seen_with_confidence() -> None:
-    mask = block(10, 5, 20, 35)
-    sight = Sight.of(block(10, 5, 20, 35, 204), mask, None)
-    assert (sight.share, sight.seen, sight.confidence) == pytest.approx((1, 0.8, 0.8))
-
-
 def test_what_others_hide_is_not_seen() -> None:
     mask = block(10, 5, 20, 35)
     sight = Sight.of(mask, mask, block(0, 20, 30, 40))
@@ -34,13 +26,6 @@ def test_what_others_hide_is_not_seen() -> None:
     assert sight.inside == pytest.approx(1)
     assert (sight.seen, sight.confidence) == pytest.approx((0.5, 0.5))
     np.testing.assert_array_equal(sight.uncovered, block(10, 5, 20, 20))
-
-
-def test_others_are_not_what_is_around() -> None:
-    mask, other = block(10, 5, 20, 35), block(20, 5, 30, 35)
-    likely = mask | other
-    assert Sight.of(likely, mask, None).outside > 0.2
-    assert Sight.of(likely, mask, other, other).outside == 0
 
 
 def test_what_stands_before_a_person_is_not_looked_at() -> None:
@@ -87,21 +72,6 @@ def test_it_finds_where_the_body_went(dx: int, dy: int) -> None:
     assert shift.scale == pytest.approx(1, abs=0.02)
 
 
-def test_it_measures_the_change_of_size() -> None:
-    assert mean_shift(likely(grow=0.8), likely(), WINDOW).scale == pytest.approx(0.8, abs=0.03)
-
-
-@pytest.mark.parametrize(('now', 'before'), [(0, 1), (1, 0), (0, 0)])
-def test_nothing_to_see_is_no_shift(now: int, before: int) -> None:
-    assert mean_shift(
-        likely() * np.uint8(now), likely() * np.uint8(before), WINDOW
-    ) == WindowShift(0.0, 0.0, 1.0)
-
-
-def test_a_window_outside_of_the_image_is_no_shift() -> None:
-    assert mean_shift(likely(), likely(), Box(500, 500, 10, 10)) == WindowShift(0.0, 0.0, 1.0)
-
-
 HEIGHT = 100.0
 
 
@@ -129,15 +99,3 @@ def test_what_is_nearer_is_preferred() -> None:
     for x, nearer in ((200, 230), (100, 80)):
         found = find_silhouette(both, silhouette(), (x, 90), HEIGHT)
         assert found[0] == pytest.approx(middle(Figure(nearer))[0], abs=0.01)
-
-
-def test_a_large_likely_area_is_no_silhouette() -> None:
-    area = np.zeros((180, 320), np.uint8)
-    area[20:160, 40:280] = 255
-    found = find_silhouette(area, silhouette(), (160, 90), HEIGHT)
-    assert found[2] < 0.4
-
-
-def test_without_a_silhouette_nothing_is_found() -> None:
-    empty = np.zeros((20, 10), np.uint8)
-    assert find_silhouette(Figure(90).mask(), empty, (90, 90), HEIGHT) is None

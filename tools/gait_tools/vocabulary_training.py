@@ -26,8 +26,8 @@ from gait_segmentation.errors import ConfigError
 from gait_segmentation.files.output_files import write_file
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import BodyFrame, compose, invert, pixel_affine, template_to_image
-from gait_segmentation.segmentation.paper_prior import silhouette_edges
-from gait_segmentation.segmentation.vocabulary import (
+from gait_segmentation.paper.prior import silhouette_edges
+from gait_segmentation.paper.vocabulary import (
     FORMAT,
     FORMAT_VERSION,
     Vocabulary,

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import BankError, ConfigError
-from gait_segmentation.segmentation.vocabulary import Vocabulary, VocabularyError
+from gait_segmentation.paper.vocabulary import Vocabulary, VocabularyError
 from gait_tools.cli import vocabulary as command
 from gait_tools.gait_model import render_silhouette
 

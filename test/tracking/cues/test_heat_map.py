@@ -61,13 +61,6 @@ def test_a_map_that_tells_the_person_counts_whatever_its_values_are(heat, tells,
         assert np.abs(found).max() < 0.5
 
 
-def test_nothing_is_said_before_anything_is_learnt():
-    cue = HeatMapCue()
-    assert not cue.evidence_of(body()[WINDOW]).any()
-    cue.learn_values(body()[WINDOW], np.zeros_like(body()[WINDOW]))
-    assert not cue.evidence_of(body()[WINDOW]).any()
-
-
 def test_masks_that_the_map_does_not_agree_with_teach_nothing():
     cue = seated(body())
     cue.learn_values(body()[WINDOW], body()[WINDOW])
@@ -101,15 +94,6 @@ def test_a_map_that_is_off_is_put_right(off):
     part = cue.part(heat, WINDOW) > 127
     there = body()[WINDOW] > 127
     assert (part & there).sum() / (part | there).sum() > 0.9
-
-
-def test_a_map_that_is_right_is_not_moved():
-    cue, heat = HeatMapCue(), body()
-    rough = np.random.default_rng(1).normal(0, 0.3, body()[WINDOW].shape)
-    likely = np.clip(body()[WINDOW] / 255 + rough, 0, 1).astype(np.float32)
-    for _ in range(3):
-        cue.place(heat, WINDOW, likely, HEIGHT)
-    assert np.shares_memory(cue.part(heat, WINDOW), heat)
 
 
 def test_a_map_that_correlates_little_counts_nothing_whatever_was_learnt():

@@ -1,13 +1,11 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
 from gait_segmentation.tracking import TrackingConfig
 from gait_segmentation.tracking.cues import View
-from gait_segmentation.tracking.cues.motion import MotionCue, explained
+from gait_segmentation.tracking.cues.motion import MotionCue
 from gait_segmentation.tracking.world import World
 from test.tracking.figures import HEIGHT, STEP_NS, WIDTH, wall
 
@@ -61,10 +59,6 @@ class Walk:
         return float(evidence[on].mean()), float(evidence[~on].mean())
 
 
-def test_the_first_frame_tells_nothing_of_motion() -> None:
-    assert Walk(3).see() is None
-
-
 def test_what_moves_with_the_body_is_the_persons_before_anything_is_learnt() -> None:
     walk = Walk(3)
     for _ in range(4):
@@ -95,14 +89,6 @@ def test_an_arm_that_swings_is_learnt_to_be_the_persons() -> None:
     assert np.median(evidence[:TOP]) < 0
 
 
-def test_leaves_beside_the_person_are_learnt_to_be_none() -> None:
-    walk, leaves = Walk(0), slice(110, 140)
-    for _ in range(12):
-        evidence = walk.see(leaves)
-        walk.learn()
-    assert np.median(evidence[TOP : TOP + 60, 112:138]) < -0.3
-
-
 def test_what_the_person_has_left_is_learnt_to_be_the_walls() -> None:
     walk = Walk(4)
     for _ in range(14):
@@ -125,8 +111,3 @@ def test_it_can_be_switched_off_and_weighed() -> None:
     np.testing.assert_allclose(2 * found[0], found[1], rtol=1e-5)
     walk = Walk(3, use_motion_cue=False)
     assert all(walk.see() is None for _ in range(6))
-
-
-def test_the_better_explanation_is_the_difference_of_the_squares_and_limited() -> None:
-    pairs = ((0, 255), (12, 12), (12, 0), (255, 0))
-    np.testing.assert_allclose([explained(*pair) for pair in pairs], [-2, 0, 0.5, 2])

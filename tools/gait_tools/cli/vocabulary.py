@@ -12,7 +12,7 @@ import numpy as np
 from tqdm import tqdm
 
 from gait_segmentation.files.output_files import keep_apart
-from gait_segmentation.segmentation.vocabulary import FORMAT, VocabularyError
+from gait_segmentation.paper.vocabulary import FORMAT, VocabularyError
 from gait_tools.cli.spec_options import add_spec_options, spec_of
 from gait_tools.gait_model.builder import draw_views
 from gait_tools.gait_model.silhouettes import read_masks

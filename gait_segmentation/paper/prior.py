@@ -23,8 +23,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.kernels import kernel
-from gait_segmentation.segmentation.config import SegmentationConfig
-from gait_segmentation.segmentation.vocabulary import Vocabulary
+from gait_segmentation.paper.vocabulary import Vocabulary
 
 _SOBEL_GAIN = 8.0
 """Response of a 3 x 3 Sobel filter to a ramp of one level a pixel."""
@@ -79,7 +78,13 @@ def paper_terms(
     grey: NDArray[np.uint8],
     body: BodyFrame,
     vocabulary: Vocabulary,
-    config: SegmentationConfig,
+    *,
+    reach: float,
+    depth: float,
+    orientation: float,
+    search: float,
+    unconfirmed: float,
+    strongest: float,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]] | None:
     """
     Return the terms of a warped template.
@@ -87,6 +92,8 @@ def paper_terms(
     :param prior: (h, w) uint8, the template in the window, 255 inside.
     :param grey: (h, w) uint8, the image in the window.
     :param body: the body in the window's pixels.
+    :param reach: and the next four: parameters ``paper_...`` of the segmentation.
+    :param strongest: weights of both n-links together, which no evidence may outweigh.
     :returns: log-odds, (h, w) float32, that are 0 or make a pixel background whatever else speaks
         for it, and what a cut costs at each pixel, (h, w) float32 in 0..1; None if the template
         has no outline.
@@ -96,8 +103,8 @@ def paper_terms(
     around = Box.around(inside)
     if around is None:
         return None
-    search = max(1.0, config.paper_search * height)
-    reach, depth = config.paper_reach * height, config.paper_depth * height
+    search = max(1.0, search * height)
+    reach, depth = reach * height, depth * height
     # Further away the cost is saturated.
     margin = search + reach + 2
     part = around.padded(margin, margin).slices(prior.shape[1], prior.shape[0])
@@ -110,7 +117,7 @@ def paper_terms(
         points,
         gradient,
         body.shifted(-part[1].start, -part[0].start),
-        config.paper_orientation * _WRONG_WORD * height,
+        orientation * _WRONG_WORD * height,
         search + max(reach, depth),
     )
     elsewhere = np.ones(near.shape, np.uint8)
@@ -124,11 +131,11 @@ def paper_terms(
     near *= np.where(inside[part], np.float32(1 / depth), np.float32(1 / reach))
     np.clip(near, 0, 1, out=near)
     supported = confirmed(points, gradient, max(1.0, _CONFIRM_REACH * height))
-    near[~_of_nearest(elsewhere, points, supported)] *= np.float32(config.paper_unconfirmed)
+    near[~_of_nearest(elsewhere, points, supported)] *= np.float32(unconfirmed)
     psi = np.ones(prior.shape, np.float32)
     psi[part] = near
     # No evidence and no cut link can outweigh it.
-    never = -(_LARGEST_EVIDENCE + _LINKS * (config.contrast + config.paper_weight))
+    never = -(_LARGEST_EVIDENCE + _LINKS * strongest)
     return np.where(far, np.float32(never), np.float32(0)), psi
 
 

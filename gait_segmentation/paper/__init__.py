@@ -1,3 +1,3 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finding people who walk, without a box."""
+"""What only the system as published needs: its features, oriented prior and vocabulary."""

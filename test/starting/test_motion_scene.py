@@ -1,13 +1,11 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.finding.scene import MotionScene, SceneFrame
+from gait_segmentation.starting.motion_scene import MotionScene, SceneFrame
 
 SHAPE = (120, 160)
 PERIOD = 0.04
@@ -85,18 +83,6 @@ def test_another_picture_begins_anew() -> None:
     assert frames[-1].blobs == []
 
 
-def test_a_still_scene_has_no_blobs() -> None:
-    shown = play(12, speed=0.0)[1]
-    assert all(frame.blobs == [] and frame.shift == (0, 0) for frame in shown[2:])
-    assert (shown[-1].likelihood > 127).mean() < 0.005
-
-
-def test_a_jump_of_the_exposure_is_undone() -> None:
-    scene, shown = play(16, speed=0.0, gain={15: 0.7})
-    assert shown[-1].blobs == []
-    assert scene.levels()[0].gain == pytest.approx(1 / 0.7, abs=0.05)
-
-
 def test_a_shadow_does_not_stand_out() -> None:
     scene = MotionScene(SHAPE, SHAPE)
     for number in range(12):
@@ -172,26 +158,3 @@ def test_what_has_left_is_not_mixed_with_what_was_behind_it() -> None:
     known, part = scene.background(SHAPE), (slice(62, 98), slice(112, 148))
     assert (known.count[part] >= 2).all()
     assert np.abs(known.mean[part] - lab_of(seen(0))[part].astype(float)).max() < 12
-
-
-def test_nothing_is_learnt_before_it_is_known_what_moves_and_then_less_and_less_often() -> None:
-    scene = MotionScene(SHAPE, SHAPE)
-    counts = []
-    for number in range(40):
-        show(scene, number, seen(0))
-        counts.append(float(scene.background(SHAPE).count[60, 80]))
-        assert scene.is_known == (counts[-1] > 0)
-    learnt = np.flatnonzero(np.diff(counts, prepend=0.0))
-    assert learnt[0] == 4
-    assert np.diff(learnt)[:4].max() == 1
-    assert np.diff(learnt)[-4:].min() == 3
-
-
-def test_it_is_known_at_the_size_of_who_asks() -> None:
-    scene = MotionScene((480, 640), SHAPE)
-    for number in range(6):
-        image = np.full((480, 640, 3), 90, np.uint8)
-        frame = scene.update(image, 10**9 + round(1e9 * PERIOD * number))
-    assert frame.likelihood.shape == SHAPE
-    assert scene.background((240, 320)).count.shape == (240, 320)
-    assert scene.background((480, 640)).count.shape == (480, 640)

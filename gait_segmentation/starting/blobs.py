@@ -1,6 +1,11 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Blobs of moving pixels: connected components, put together where they are one body."""
+"""
+Blobs of moving pixels, and how much they have the shape of a body.
+
+Blobs are connected components, put together where they are one body.  Their shapes are compared
+with small templates, by Tanimoto similarity.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.kernels import kernel
 
@@ -40,6 +46,9 @@ _HIGH, _DEEP, _APART = 0.25, 0.18, 0.3
 How low a head may be below the highest one, how deep the gap between two, and how far apart they
 are at least, in heights.
 """
+
+_ROWS = 24
+"""Height in pixels at which regions are compared with templates."""
 
 
 @dataclass(frozen=True)
@@ -236,3 +245,49 @@ def _gap(top: NDArray[np.int64], one: int, two: int, height: int) -> int | None:
     if lowest - max(int(top[left]), int(top[right])) < _DEEP * height:
         return None
     return left + round(float(np.flatnonzero(between == lowest).mean()))
+
+
+class BodyShapes:
+    """Templates of a bank, tight about the body and small."""
+
+    def __init__(self, bank: TemplateBank, step: int = 1) -> None:
+        """Take every other phase of a bank, and of its views one of each ``step``."""
+        rows = bank.templates.shape[2]
+        top, bottom = round(rows * (1 - bank.fill) / 2), round(rows * (1 + bank.fill) / 2)
+        chosen = bank.templates[::step, ::2].reshape(-1, *bank.templates.shape[2:])
+        # A template is never wider than twice its height.
+        shapes = [normalised(template[top:bottom]) for template in chosen]
+        self._shapes = np.stack([shape for shape in shapes if shape is not None])
+
+    def likeness(self, shape: NDArray[np.uint8]) -> float:
+        """Return the similarity of a normalised shape with the template most like it, 0 to 1."""
+        return float(tanimoto(self._shapes, shape).max())
+
+
+def tanimoto(shapes: NDArray[np.uint8], shape: NDArray[np.uint8]) -> NDArray[np.float64]:
+    """Return the Tanimoto similarity of (..., h, w) uint8 shapes with one of (h, w)."""
+    common = np.minimum(shapes, shape).sum(axis=(-2, -1), dtype=np.int32)
+    either = np.maximum(shapes, shape).sum(axis=(-2, -1), dtype=np.int32)
+    return np.asarray(common / np.maximum(either, 1))
+
+
+def normalised(region: NDArray[np.uint8], aspect: float | None = None) -> NDArray[np.uint8] | None:
+    """
+    Return a tight region at a size of 24 x 48, its centre of mass in the middle.
+
+    :param region: (h, w) uint8, 255 inside.
+    :param aspect: its width over its height, if its pixels are not square.
+    :returns: (24, 48) uint8, None of what is wider than that.
+    """
+    height, width = region.shape
+    columns = max(1, round(_ROWS * (width / height if aspect is None else aspect)))
+    if columns > 2 * _ROWS:
+        return None
+    small = np.asarray(cv2.resize(region, (columns, _ROWS), interpolation=cv2.INTER_AREA))
+    mass = small.sum(axis=0, dtype=np.float64)
+    middle = int(np.rint((mass @ np.arange(columns)) / max(mass.sum(), 1.0)))
+    out = np.zeros((_ROWS, 2 * _ROWS), np.uint8)
+    left = _ROWS - middle
+    first, last = max(left, 0), min(left + columns, 2 * _ROWS)
+    out[:, first:last] = small[:, first - left : last - left]
+    return out

@@ -1,13 +1,21 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Finding people who walk, without a box: moving blobs that keep having the shape of a body."""
+"""
+Finding people who walk, without a box: moving blobs that keep having the shape of a body.
+
+That one walks is told by a logistic regression.  ``walking.json`` holds rows of a measure, its
+weight and the range it is cut to; two rows of the same measure bend the line at the median of
+people.  ``benchmarks/walking.py`` learns it.
+"""
 
 from __future__ import annotations
 
+import json
 import math
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,11 +25,14 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.images import check_image
 from gait_segmentation.scene.working import working_shape
 from gait_segmentation.stamps import check_stamp
+from gait_segmentation.starting.blobs import Blob, BodyShapes, normalised, tanimoto
 from gait_segmentation.starting.config import StartingConfig
-from gait_segmentation.starting.finding.blobs import Blob
-from gait_segmentation.starting.finding.scene import MotionScene, SceneFrame
-from gait_segmentation.starting.finding.shapes import BodyShapes, normalised, tanimoto
-from gait_segmentation.starting.finding.walking import log_odds
+from gait_segmentation.starting.motion_scene import MotionScene, SceneFrame
+
+MODEL_FILE = Path(__file__).with_name('walking.json')
+_MODEL = json.loads(MODEL_FILE.read_text(encoding='utf-8'))
+_MOST_ODDS = 4.0
+"""Most that one frame may say for or against: one in fifty."""
 
 _FINEST, _LARGEST = 0.375, 480
 """Scale and longest side in pixels up to which more is searched for several people."""
@@ -328,3 +339,11 @@ def belongs(box: Box, known: Sequence[Box]) -> bool:
         if min(width, height) > 0 and width * height / smaller > _SAME:
             return True
     return False
+
+
+def log_odds(measures: Mapping[str, float]) -> float:
+    """Return the log-odds that something with such measures walks, within +-4."""
+    total = float(_MODEL['intercept'])
+    for name, weight, low, high in _MODEL['rows']:
+        total += weight * min(max(measures[name], low), high)
+    return min(max(total, -_MOST_ODDS), _MOST_ODDS)

@@ -25,7 +25,7 @@ from gait_segmentation.scene.ego_motion import MotionEstimator
 from gait_segmentation.scene.light import Contrast, Light
 from gait_segmentation.scene.working import WorkingImage, working_shape
 from gait_segmentation.scene.world_motion import WorldMotion
-from gait_segmentation.starting.finding.blobs import Blob, find_blobs
+from gait_segmentation.starting.blobs import Blob, find_blobs
 
 _LARGEST = 640
 """Longest side of what is learnt."""
