@@ -15,6 +15,7 @@ from benchmarks.synthetic.perspective import CAMERAS, PATHS, Walk, film, locate,
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.localization import (
     CameraPose,
+    LocalizationConfig,
     Localizer,
     Location,
     PinholeCamera,

@@ -49,7 +49,7 @@ def test_the_initial_box_waits_for_its_stamp(bench: Bench) -> None:
 def test_a_camera_that_uses_some_of_16_bits_is_tracked_like_one_of_8(
     bench: Bench, monkeypatch
 ) -> None:
-    node = bench.add(TrackerNode, initial_box=BOX)
+    node = bench.add(TrackerNode, initial_box=BOX, sample_bits=12)
     bench.record_outputs('person_0/box')
     camera = bench.publisher(Image, 'image', 1)
     seen = []
