@@ -20,10 +20,10 @@ import numpy as np
 from geometry_msgs.msg import Point32, PolygonInstanceStamped
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
-from rcl_interfaces.msg import Parameter, ParameterValue
+from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, SetParameters
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import CompressedImage, Image, JointState, RegionOfInterest
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, JointState, RegionOfInterest
 from std_msgs.msg import Header
 from std_srvs.srv import SetBool, Trigger
 
@@ -33,7 +33,11 @@ from gait_segmentation.inputs.encodings import ENCODINGS
 from gait_segmentation.ros.messages import detection_types, image_message
 from gait_segmentation.streams.fields import GAIT_NAMES
 
-SPACES = {**STYLES, 'alone': ('gait_detector',)}
+SPACES = {
+    **STYLES,
+    'split': (*STYLES['split'], 'gait_localizer'),
+    'alone': ('gait_detector',),
+}
 """The nodes, by the namespace they are in."""
 
 NODES = [name for names in SPACES.values() for name in names]
@@ -46,6 +50,8 @@ KINDS: dict[str, Any] = {
     'init_roi': RegionOfInterest,
     **({} if DETECTIONS is None else {'detections': DETECTIONS.Detection2DArray}),
     'heat_map': Image,
+    'camera_info': CameraInfo,
+    'depth': Image,
     'image_size': RegionOfInterest,
     'person_0/box': PolygonInstanceStamped,
     'person_0/likelihood': Image,
@@ -66,6 +72,13 @@ SETS = {
         'image',
     ),
     'feedback': ('person_0/mask', 'person_0/shape_prior', 'person_0/matched_box'),
+    'localizer': (
+        'camera_info',
+        'depth',
+        'person_0/matched_box',
+        'person_0/gait',
+        'person_0/mask',
+    ),
 }
 """What goes together."""
 
@@ -118,12 +131,17 @@ class Shot(NamedTuple):
 
 
 class Call(NamedTuple):
-    """A request to a service of a node, which may take no frames before the next one."""
+    """
+    A request to a service of a node, which may take no frames before the next one.
+
+    One that rclpy raises an error for is not answered, but must not end the node.
+    """
 
     node: str
     service: str
     request: Any
     pauses: bool = False
+    answered: bool = True
 
 
 def header(stamp_ns: int, frame_id: str) -> Header:
@@ -156,11 +174,23 @@ def good(topic: str, image: np.ndarray, about: Header) -> Any:
     if topic == 'person_0/gait':
         fields = {'position': [1.0, 0.0], 'velocity': [6.0, 0.0], 'effort': [0.9, 0.7]}
         return JointState(header=about, name=list(GAIT_NAMES), **fields)
+    if topic == 'camera_info':
+        k = [200.0, 0.0, columns / 2, 0.0, 200.0, rows / 2, 0.0, 0.0, 1.0]
+        return CameraInfo(header=about, width=columns, height=rows, k=k)
+    if topic == 'depth' or (topic == 'heat_map' and about.stamp.nanosec % 2):
+        return _floats(np.full((rows, columns), 4.0 if topic == 'depth' else 0.5), about)
     if topic.endswith('box'):
         return _box([(90.0, 40.0), (135.0, 40.0), (135.0, 160.0), (90.0, 160.0)], about)
     grey = np.full((rows, columns), 10, np.uint8)
     grey[rows // 5 : -rows // 5 or None, columns // 3 : -columns // 3 or None] = 250
     return image_message(grey, about)
+
+
+def _floats(values: np.ndarray, about: Header) -> Image:
+    message = Image(header=about, encoding='32FC1', step=4 * values.shape[1])
+    message.height, message.width = values.shape
+    message.data.frombytes(values.astype('<f4').tobytes())
+    return message
 
 
 def _box(corners: list[tuple[float, float]], about: Header) -> PolygonInstanceStamped:
@@ -190,6 +220,9 @@ def _field(rng: Random, message: Any) -> Any:
         if isinstance(value, array) and value.typecode == 'd':
             changed += [array('d', [rng.choice(_EXTREMES['double']) for _ in value])] * 4
         setattr(inside, name, rng.choice(changed))
+    elif isinstance(value, np.ndarray):
+        # Of a length that the type has.
+        value[rng.randrange(len(value))] = rng.choice(_EXTREMES['double'])
     else:
         setattr(inside, name, rng.choice(_EXTREMES[inside.get_fields_and_field_types()[name]]))
     return message
@@ -270,7 +303,9 @@ def calls(rng: Random) -> tuple[str, list[Call]]:
         given = [
             Parameter(name=rng.choice(_NAMES), value=rng.choice(_VALUES)) for _ in range(count)
         ]
-        return what, [Call(node, 'set_parameters', SetParameters.Request(parameters=given))]
+        request = SetParameters.Request(parameters=given)
+        known = all(each.value.type <= ParameterType.PARAMETER_STRING_ARRAY for each in given)
+        return what, [Call(node, 'set_parameters', request, answered=known)]
     if what == 'ask':
         names = rng.choices(_NAMES, k=rng.choice((0, 1, 30)))
         return what, [Call(node, 'describe_parameters', DescribeParameters.Request(names=names))]
@@ -286,6 +321,7 @@ def calls(rng: Random) -> tuple[str, list[Call]]:
             node,
             'change_state',
             ChangeState.Request(transition=Transition(id=number, label=label)),
+            cycle is not None,
             cycle is not None,
         )
         for number in cycle or (rng.choice((0, 1, 2, 3, 9, 10, 30, 61, 255)),)

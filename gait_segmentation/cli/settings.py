@@ -12,7 +12,15 @@ from gait_segmentation.config import parameters_of, replaced, stages_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.files.reading import read_yaml
 from gait_segmentation.pipeline import PipelineConfig
-from gait_segmentation.streams.config import OF_NODES, BankConfig, StartConfig, misnamed, qualified
+from gait_segmentation.streams.config import (
+    OF_NODES,
+    BankConfig,
+    StartConfig,
+    misnamed,
+    qualified,
+    sections_of,
+    unused,
+)
 
 _SECTIONS = ('gait_tracker', 'gait_matcher', 'gait_segmenter', 'gait_pipeline', '**', '*')
 _UNNAMED = 'people'
@@ -35,16 +43,17 @@ def read_parameter_file(path: Path, settings: Settings | None = None) -> Setting
     Sections of other nodes, and parameters that only nodes have, are left out.
 
     :param settings: what holds where the file says nothing; the defaults if None.
-    :raises ConfigError: if it cannot be read, or a stage has no such parameter or value.
+    :raises ConfigError: if it cannot be read, nothing in it is for a node of this package, or a
+        stage has no such parameter or value.
     """
     settings = settings or Settings()
-    content = read_yaml(path, ConfigError) or {}
-    if not isinstance(content, dict):
-        raise ConfigError(f'{path} must hold sections of nodes, got {type(content).__name__}')
-    for name, section in content.items():
-        if str(name).rsplit('/', 1)[-1] not in _SECTIONS or not isinstance(section, dict):
+    content = read_yaml(path, ConfigError)
+    if why := unused(content):
+        raise ConfigError(f'{path}: {why}')
+    for name, section in sections_of(content):
+        if name not in _SECTIONS:
             continue
-        given = _flat(section.get('ros__parameters') or {})
+        given = _flat(section)
         for parameter, meant in misnamed(given, _names(settings.config)).items():
             hint = f': did you mean {meant}?' if meant else ', see docs/parameters.md'
             raise ConfigError(f'{path}: there is no parameter {parameter}{hint}')

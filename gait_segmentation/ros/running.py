@@ -16,7 +16,6 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import cv2
 import rclpy
@@ -27,19 +26,13 @@ from rclpy.utilities import remove_ros_args
 
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.shared_memory import remove_dead_segments
-from gait_segmentation.streams.config import CameraConfig
+from gait_segmentation.streams.config import CameraConfig, unused
 
 _TURN_S, _HANGS_S = 2.0, 20.0
 """How often a node says that it lives, and time without after which its process ends."""
 
 _LONGEST_S = 4.0
 """Time that closing may take: a call into the DDS may block for ever."""
-
-OURS = tuple(
-    f'gait_{each}'
-    for each in ('detector', 'localizer', 'matcher', 'pipeline', 'segmenter', 'tracker')
-)
-"""The nodes of this package, which one parameter file may serve."""
 
 _EPILOG = """\
 exit code: 0, also after Ctrl-C; 1 if the node cannot be started, or if it
@@ -138,27 +131,10 @@ def unused_files(arguments: Sequence[str], name: str) -> Iterator[str]:
     :param name: the node's, which may be remapped.
     """
     for option, file in pairwise(arguments):
-        if option != '--params-file':
-            continue
-        content = yaml.safe_load(Path(file).read_text(encoding='utf-8'))
-        nodes = list(_nodes_of(content, ''))
-        last = [each.rpartition('/')[2] for each in nodes]
-        if not any(each in OURS or each in ('*', '**', name) for each in last):
-            keys = list(content) if isinstance(content, dict) else []
-            found = f'its keys are {", ".join(map(str, keys))}' if keys else 'it has no keys'
-            yield (
-                f'{file} sets nothing here: {found}, but "{name}:" or "/**:" with '
-                '"ros__parameters:" below it is needed'
-            )
-
-
-def _nodes_of(content: Any, path: str) -> Iterator[str]:
-    """Yield the paths of the nodes that a parameter file names."""
-    if isinstance(content, dict):
-        if isinstance(content.get('ros__parameters'), dict):
-            yield path
-        for key, inside in content.items():
-            yield from _nodes_of(inside, f'{path}/{key}')
+        if option == '--params-file':
+            why = unused(yaml.safe_load(Path(file).read_text(encoding='utf-8')), name)
+            if why:
+                yield f'{file}: {why}'
 
 
 def silence_opencv() -> None:

@@ -5,8 +5,9 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 from gait_segmentation import MOST_PIXELS
 from gait_segmentation.config import StageConfig, parameter
@@ -183,6 +184,44 @@ OF_NODES: tuple[type[StageConfig], ...] = (
     BankConfig,
 )
 """All of them."""
+
+
+NODES = tuple(
+    f'gait_{each}'
+    for each in ('detector', 'localizer', 'matcher', 'pipeline', 'segmenter', 'tracker')
+)
+"""The nodes of this package, which one parameter file may serve."""
+
+
+def sections_of(content: Any, path: str = '') -> Iterator[tuple[str, dict[str, Any]]]:
+    """
+    Yield what a ROS parameter file says to nodes: name, without namespace, and parameters.
+
+    :param content: of the file, as YAML has it.
+    """
+    if isinstance(content, dict):
+        given = content.get('ros__parameters')
+        if isinstance(given, dict):
+            yield path.rpartition('/')[2], given
+        for key, inside in content.items():
+            yield from sections_of(inside, f'{path}/{key}')
+
+
+def unused(content: Any, *names: str) -> str:
+    """
+    Say why nothing in a ROS parameter file is for a node of this package, empty if something is.
+
+    :param names: what the nodes are called besides their own names.
+    """
+    ours = {*NODES, '*', '**', *names}
+    if any(name in ours for name, _ in sections_of(content)):
+        return ''
+    keys = ', '.join(map(str, content)) if isinstance(content, dict) else ''
+    name = names[0] if names else NODES[-1]
+    return (
+        f'it sets nothing here: {f"its keys are {keys}" if keys else "it has no keys"}, but '
+        f'"{name}:" or "/**:" with "ros__parameters:" below it is needed'
+    )
 
 
 def qualified(group: str, name: str) -> str:
