@@ -54,12 +54,12 @@ def test_a_folder_with_metadata_of_its_own_is_one_of_images_and_what_is_skipped_
     folder: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     (folder / 'metadata.yaml').write_text('camera: mine\n')
-    for name in ('5.tif', '6.tif'):
+    for name in ('5.raw', '6.raw'):
         (folder / name).write_bytes(b'II*\0')
     assert greys(open_input(folder)) == [0, 1, 2, 3, 4]
     (record,) = caplog.records
     assert str(folder) in record.getMessage()
-    assert '2 .tif' in record.getMessage()
+    assert '2 .raw' in record.getMessage()
 
 
 def test_the_rate_of_an_input_can_be_told(folder: Path, film: Path) -> None:
