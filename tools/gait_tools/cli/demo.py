@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import argparse
 import hashlib
+import io
 import json
 import os
 import subprocess
@@ -16,7 +17,9 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
+from PIL import Image
 
 from gait_segmentation.cli.replaying.outputs import About, MasksOutput, Output, OverlayOutput
 from gait_segmentation.cli.tool import (
@@ -30,6 +33,7 @@ from gait_segmentation.cli.tool import (
 )
 from gait_segmentation.drawing import track_colour
 from gait_segmentation.errors import ConfigError, SequenceError
+from gait_segmentation.files.image_files import read_image
 from gait_segmentation.files.output_files import keep_apart, write_file
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource, open_input
@@ -54,6 +58,7 @@ _EPILOG = """\
 writes to the output folder
   masks/NNNN.png     the silhouettes, named by the frame's number in the film
   overlay.mp4        the film with outline, box, direction and phase
+  animation.webp     the same above the silhouette, where people are
   contact_sheet.png  28 frames of the person seen longest, with outline and phase
   report.json        frames played, answered and with a silhouette, and latency
                      from the frame's stamp to its mask
@@ -78,7 +83,12 @@ _SHA256 = 'd9a66417185647b112304b57093f0c180f37a768e6a14daca75ca541f3b78039'
 _PIP = [sys.executable, '-m', 'pip', 'download', '--no-deps', '--only-binary', ':all:', '--quiet']
 _PIP += ['--disable-pip-version-check', '--retries', '1', '--timeout', '20', _REQUIREMENT]
 
-_WRITTEN = {'masks', 'overlay.mp4', 'contact_sheet.png', 'report.json', 'logs'}
+_WRITTEN = {
+    *('masks', 'overlay.mp4', 'animation.webp', 'contact_sheet.png', 'report.json', 'logs'),
+}
+_ANIMATED = 560
+"""Width of the animation in pixels."""
+
 _PARTIAL = {'masks.partial', 'overlay.partial.mp4'}
 
 
@@ -199,7 +209,7 @@ def lost_frames(lost: int, recording: Recording) -> str:
 
 def write_pictures(out: Path, recording: Recording, film: ImageSource, fps: float) -> int:
     """
-    Write masks, overlay and contact sheet of the frames that were answered.
+    Write masks, overlay, animation and contact sheet of the frames that were answered.
 
     The images are read again, in their order: all at once would take much memory.
 
@@ -237,7 +247,33 @@ def write_pictures(out: Path, recording: Recording, film: ImageSource, fps: floa
         for output in outputs:
             output.close(complete=True)
     write_picture(out / 'contact_sheet.png', contact_sheet(tiles))
+    _animate(out, answered, fps)
     return silhouettes
+
+
+def _animate(out: Path, numbers: list[int], fps: float) -> None:
+    """Write every second frame of the overlay above its silhouette, where people are."""
+    masks = [np.asarray(read_image(out / f'masks/{n:04d}.png', 0)) for n in numbers]
+    around = Box.around(np.max(masks, axis=0))
+    height, width = masks[0].shape
+    room = 0 if around is None else 0.1 * around.height
+    part = (around or Box(0, 0, width, height)).padded(room, room).slices(width, height)
+    capture = cv2.VideoCapture(str(out / 'overlay.mp4'))
+    pictures: list[Image.Image] = []
+    for index, mask in enumerate(masks):
+        shown, picture = capture.read()
+        if shown and index % 2 == 0:
+            both = [each[part] for each in (picture, cv2.cvtColor(mask, cv2.COLOR_GRAY2BGR))]
+            scale = _ANIMATED / both[0].shape[1]
+            small = cv2.resize(np.vstack(both), None, fx=scale, fy=scale)
+            pictures.append(Image.fromarray(cv2.cvtColor(small, cv2.COLOR_BGR2RGB)))
+    capture.release()
+    data = io.BytesIO()
+    pictures[0].save(
+        data, 'WEBP', save_all=True, append_images=pictures[1:], duration=round(2000 / fps),
+        loop=0, quality=50,
+    )  # fmt: skip
+    write_file(out / 'animation.webp', data.getvalue())
 
 
 if __name__ == '__main__':
