@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 FAILED, INTERRUPTED = 2, 130
 """Exit codes."""
 
-READING = ('topic', 'width', 'start', 'count', 'rate', 'rotate', 'max_pixels')
+READING = ('topic', 'width', 'start', 'count', 'rate', 'rotate', 'max_pixels', 'sample_bits')
 """Options that are arguments of :func:`gait_segmentation.inputs.open_input`."""
 
 PROCESSORS = (1, 1024)
@@ -158,6 +158,13 @@ def add_reading_options(parser: argparse.ArgumentParser, rate: str) -> None:
         metavar='N',
         help='refuse frames that have more; of more than %(default)s images in files and bags are '
         'decoded if OPENCV_IO_MAX_IMAGE_PIXELS says so (%(default)s)',
+    )
+    add(
+        '--sample-bits',
+        type=int,
+        default=16,
+        metavar='N',
+        help='how many of 16 bits the camera uses, such as 10 or 12 (%(default)s)',
     )
     add('--rate', type=float, default=0.0, metavar='HZ', help=f'frames per second ({rate})')
 

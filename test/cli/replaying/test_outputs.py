@@ -95,7 +95,7 @@ def test_what_else_is_read_is_never_an_output(
     read.mkdir()
     if 'params' in given:
         read = read / 'params.yaml'
-        read.write_text('{}')
+        read.write_text('{"/**": {ros__parameters: {}}}')
     source = small_input('film', folder, tmp_path)
     assert main([str(source), '--out', str(read), given.format(read)]) == 2
     assert f'the input {read}, which would be changed' in capsys.readouterr().err
