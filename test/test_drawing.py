@@ -1,13 +1,11 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-import math
 from dataclasses import replace
 
 import numpy as np
 
 from gait_segmentation.drawing import (
     draw_outline,
-    draw_person,
 )
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.pictures import (
@@ -51,19 +49,6 @@ def test_the_outline_lies_on_the_rim_of_the_mask_and_of_holes():
     image = grey(40, 40)
     draw_outline(image, mask, GREEN)
     assert changed(image)[14:16, 20].any()
-
-
-def test_a_person_is_drawn():
-    image = grey(60, 80)
-    mask = square(60, 80, 20, 30, 20)
-    draw_person(image, mask=mask, box=Box(30, 20, 20, 20), track_id=1, phase=0.1, azimuth=math.pi)
-    assert changed(image)[30, 40]
-    border, beyond = grey(30, 30), Box(20, -5, 30, 60)
-    draw_person(border, mask=square(30, 30, 0, 20, 30), box=beyond, track_id=3, phase=0.9)
-    assert changed(border).any()
-    bare = grey(60, 80)
-    draw_person(bare, mask=np.zeros((60, 80), np.uint8), box=None, track_id=0)
-    assert not changed(bare).any()
 
 
 IMAGE = np.full((120, 160, 3), 60, np.uint8)

@@ -15,10 +15,14 @@ PROFILE = 'config/fastdds_shm.xml'
 def test_files_are_found_in_an_ament_prefix_or_the_source_tree(tmp_path, monkeypatch) -> None:
     monkeypatch.delenv('AMENT_PREFIX_PATH', raising=False)
     root = ElementTree.parse(shared_file(PROFILE)).getroot()
-    # A segment for large images.
-    assert [int(each.text) for each in root.iter() if each.tag.endswith('segment_size')] == [
-        1 << 24
-    ]
+
+    def values(tag: str) -> list[str]:
+        return [str(each.text) for each in root.iter() if each.tag.rpartition('}')[2] == tag]
+
+    # A segment for large images, and other machines are reached by UDP.
+    assert values('segment_size') == [str(1 << 24)]
+    assert values('type') == ['SHM', 'UDPv4']
+    assert {*values('transport_id')[2:]} == {*values('transport_id')[:2]}
     file = tmp_path / 'share/gait_segmentation' / PROFILE
     file.parent.mkdir(parents=True)
     file.touch()

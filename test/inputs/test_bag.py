@@ -233,15 +233,33 @@ def test_bags_have_stamps_and_no_rate(tmp_path: Path) -> None:
         open_input(write_bag2(tmp_path / 'walk', {'/image': greys(3)}), rate=10)
 
 
-def test_bags_are_read_without_ros(tmp_path: Path) -> None:
+def test_bags_are_read_without_ros_and_without_rosbags_it_is_said_what_to_install(
+    tmp_path: Path,
+) -> None:
     path = write_bag2(tmp_path / 'walk', {'/image': greys(2)})
-    program = (
-        'import sys, pathlib\n'
-        'for name in ("rclpy", "sensor_msgs", "std_msgs"): sys.modules[name] = None\n'
-        'from gait_segmentation.inputs import open_input\n'
-        f'print(len(list(open_input(pathlib.Path({str(path)!r})).images())))'
-    )
+    others = [tmp_path / name for name in ('a.mcap', 'a.db3', 'a.bag')]
+    for other in others:
+        other.write_bytes(b'')
+    program = f"""
+import sys
+from pathlib import Path
+sys.modules.update(dict.fromkeys(['rclpy', 'sensor_msgs', 'std_msgs']))
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.inputs import open_input
+print(len(list(open_input(Path({str(path)!r})).images())))
+for name in [each for each in sys.modules if each.split('.')[0] in ('rosbags', 'mcap')]:
+    sys.modules[name] = None
+for other in {[*map(str, others)]}:
+    try:
+        open_input(Path(other))
+    except SequenceError as error:
+        print(error)
+"""
     done = subprocess.run(
-        [sys.executable, '-c', program], capture_output=True, text=True, cwd=ROOT, check=False
+        [sys.executable, '-c', program], capture_output=True, text=True, cwd=ROOT
     )
-    assert done.stdout.strip() == '2', done.stderr
+    count, *said = done.stdout.splitlines()
+    assert count == '2', done.stderr
+    for line, other in zip(said, others, strict=True):
+        expected = f'{other} is a bag: the Python package rosbags is not installed: pip install'
+        assert line.startswith(expected)

@@ -106,6 +106,11 @@ def test_a_binned_part_of_a_sensor_has_its_pixel_centres_where_they_are() -> Non
     assert (camera.fy, camera.cy) == (510.0, 199.5)
     whole = read_camera(message, shape=(480, 640))
     assert (whole.width, whole.cx) == (640, 319.5)
-    message.k = [0.0] * 9
+    for part in ((600, 0, 160, 120), (0, 0, 2**32 - 1, 2**32 - 1), (0, 0, 160, 0)):
+        values = dict(zip(('x_offset', 'y_offset', 'width', 'height'), part, strict=True))
+        message.roi = SimpleNamespace(**values)
+        with pytest.raises(InputError, match='must leave a part of 640 x 480, got'):
+            read_camera(message)
+    message.roi, message.k = roi, [0.0] * 9
     with pytest.raises(InputError, match='the camera is not calibrated'):
         read_camera(message)

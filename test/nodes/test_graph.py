@@ -137,18 +137,12 @@ def test_stale_frames_are_dropped_and_counted_and_the_track_goes_on(graph: Graph
         assert 'time' not in node.warnings.keys
 
 
-@pytest.mark.parametrize(
-    ('region', 'warning'),
-    [
-        (RegionOfInterest(x_offset=500, y_offset=0, width=20, height=50), 'box'),
-        (RegionOfInterest(x_offset=5, y_offset=5), 'roi'),
-    ],
-)
-def test_first_boxes_that_make_no_sense_are_ignored(graph: Graph, region, warning) -> None:
-    graph.start(region)
+def test_first_boxes_that_make_no_sense_are_ignored(graph: Graph) -> None:
+    graph.start(RegionOfInterest(x_offset=500, y_offset=0, width=20, height=50))
+    graph.start(RegionOfInterest(x_offset=5, y_offset=5))
     new = graph.feed(frame(0))
     assert not new['person_0/box'][0].polygon.polygon.points
-    assert warning in graph.warnings
+    assert graph.warnings >= {'box', 'roi'}
 
 
 @pytest.mark.parametrize('style', STYLES)

@@ -55,12 +55,6 @@ def judged(
     return status.level, status.message
 
 
-def test_the_hardware_is_the_camera_or_else_the_node() -> None:
-    camera = {'camera': '/camera/image_raw'}
-    for details, hardware in ((camera, '/camera/image_raw'), ({}, 'r/a')):
-        assert told(Statistics(), name='/r/a', details=details)[0].hardware_id == hardware
-
-
 def test_the_level_says_what_is_wrong() -> None:
     statistics = Statistics()
     assert judged(statistics) == (DiagnosticStatus.OK, 'active, no input yet')

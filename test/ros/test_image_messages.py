@@ -19,6 +19,7 @@ from gait_segmentation.inputs.encodings import (
     pixels,
     read_bgr,
     read_compressed,
+    read_depth,
     read_mono8,
 )
 from gait_segmentation.ros.messages import image_message
@@ -157,6 +158,12 @@ def changed(encoding: str, shape: tuple[int, ...], lacks: int = 0, **changes: in
 def test_what_is_no_image_is_refused(made: Image, reason: str) -> None:
     with pytest.raises(InputError, match=reason):
         read_bgr(made)
+
+
+def test_depth_is_in_millimetres_or_metres_of_either_byte_order() -> None:
+    metres = np.full((6, 8), 4.5, '>f4')
+    np.testing.assert_array_equal(read_depth(message(metres, '32FC1', big=True)), metres)
+    assert (read_depth(message(np.full((6, 8), 4500, np.uint16), '16UC1')) == 4500).all()
 
 
 def test_a_likelihood_must_be_grey() -> None:

@@ -95,14 +95,6 @@ def test_empty_answers_are_one_image_for_all_who_listen() -> None:
     assert sorted(node.topics) == ['person_0/gait', 'person_1/refined_box', 'person_1/shape_prior']
 
 
-def test_nothing_is_made_for_nobody() -> None:
-    node: Any = _Node()
-    # Of more memory than there is.
-    Outputs(node, mask_topics(SLOTS)).blank((1 << 31, 1 << 31), HEADER)
-    Outputs(node, match_topics(SLOTS)).blank((1 << 31, 1 << 31), HEADER)
-    assert node.published == []
-
-
 def test_of_a_place_that_is_not_known_nothing_is_said() -> None:
     node: Any = _Node('person_0/pose', 'person_1/pose', 'boxes', 'markers')
     outputs = Outputs(node, people_topics(SLOTS))

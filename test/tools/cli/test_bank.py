@@ -41,12 +41,6 @@ def test_build_and_info(built, capsys):
     assert 'azimuths_deg         0.0, 180.0' in capsys.readouterr().out
 
 
-def test_build_says_what_it_made(tmp_path, capsys):
-    path = tmp_path / 'two.npz'
-    assert command.main(['build', str(path), *SMALL, '--builds', 'average,coat']) == 0
-    assert '4 sequences x 4 phases of 48 x 32 pixels' in capsys.readouterr().out
-
-
 def test_show(built, tmp_path, capsys):
     picture = tmp_path / 'sheet.png'
     assert command.main(['show', str(built), '-o', str(picture), '--columns', '2']) == 0
@@ -148,14 +142,6 @@ def test_what_others_have_made_is_not_replaced(built, tmp_path, capsys, name):
         assert command.main(given) == 2
         assert f'{other} was not made by gait_bank' in capsys.readouterr().err
     assert other.read_bytes() == before
-
-
-def test_what_it_has_made_is_replaced(built, tmp_path):
-    picture = tmp_path / 'sheet.png'
-    for _ in range(2):
-        assert command.main(['show', str(built), '-o', str(picture)]) == 0
-        assert cv2.imread(str(picture)) is not None
-        assert command.main(['build', str(tmp_path / 'again.npz'), *SMALL, '--quiet']) == 0
 
 
 def test_rows_are_sequences_and_columns_phases():

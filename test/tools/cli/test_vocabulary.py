@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
-import sys
 from pathlib import Path
 
 import cv2
@@ -83,28 +82,3 @@ def test_bad_input_is_refused_before_learning(tmp_path: Path) -> None:
     with pytest.raises(VocabularyError, match=r'far: .* at least 16 px tall, .* has 9 px'):
         run(str(tmp_path / 'words.json'), '--from', str(far))
     assert not (tmp_path / 'words.json').exists()
-
-
-@needs_sklearn
-def test_what_walks_a_bank_is_made_of_make_words(
-    tmp_path: Path,
-    folder: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Cut out by their boxes, as some data sets have them, in one folder for each walk."""
-    other = tmp_path / 'cut'
-    other.mkdir()
-    for path in folder.iterdir():
-        mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-        x, y, w, h = cv2.boundingRect(np.where(mask > 127, mask, 0))
-        cv2.imwrite(str(other / path.name), mask[y : y + h, x : x + w])
-    output = tmp_path / 'words.json'
-    monkeypatch.setattr(sys.stderr, 'isatty', lambda: True)
-    run(str(output), '--from', str(folder), str(other), *QUICK)
-    made = Vocabulary.load(output)
-    assert made.provenance['source'] == 'folders walk, cut'
-    assert made.provenance['silhouettes'] == '12'
-    shown = capsys.readouterr().err
-    assert 'learning from 12 silhouettes' in shown
-    assert '2/2' in shown

@@ -12,7 +12,6 @@ import sys
 import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -22,7 +21,7 @@ from test.walkers import box_of, clip
 
 pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
 
-from gait_tools.cli.demo import lost_frames, main
+from gait_tools.cli.demo import main
 
 ROOT = Path(__file__).parents[3]
 TIMEOUT_S = 600.0
@@ -145,14 +144,6 @@ def test_whatever_ends_it_leaves_no_process_behind(
     assert said in output
     assert 'Traceback' not in output
     _wait_for_end(children)
-
-
-def test_what_became_of_lost_frames_is_told() -> None:
-    said = SimpleNamespace(dropped=lambda: {'gait_matcher': 1, 'gait_tracker': 11})
-    text = lost_frames(12, said)
-    assert text.startswith('12 frames lost: gait_matcher dropped 1 and gait_tracker dropped 11:')
-    assert '--rate' in text
-    assert lost_frames(1, SimpleNamespace(dropped=dict)).startswith('1 frame lost: no node says')
 
 
 @pytest.mark.parametrize(

@@ -80,11 +80,3 @@ def test_a_process_that_fails_is_named_with_its_last_lines(group: ProcessGroup) 
         wait_for(lambda: group.ended('failing'), 'the end')
         with pytest.raises(ProcessError, match=r'failing ended with code 1[^$]*OSError: 7'):
             group.check_running()
-
-
-def test_of_a_long_log_the_end_is_shown(group: ProcessGroup) -> None:
-    with group:
-        group.start('talker', 'for k in range(99): print("line", k)\nprint("ready")')
-        wait_for_output(group, 'talker')
-        said = group.last_lines('talker').splitlines()
-    assert said == [*(f'    line {k}' for k in range(85, 99)), '    ready']

@@ -15,7 +15,6 @@ from gait_tools.evaluation.metrics import (
     evaluation_window,
     jaccard,
     labels_of_truth,
-    mean_known,
     score_frame,
     start_box,
     true_box,
@@ -143,11 +142,6 @@ def test_a_frame_without_a_person():
     full = score_frame(mask, Box(2, 2, 4, 4), truth)
     assert (full.j, full.f, full.lost) == (0, 0, False)
     assert full.error_rate == 16
-
-
-def test_what_is_missing_does_not_count() -> None:
-    assert mean_known([1.0, None, 2.0, math.nan]) == pytest.approx(1.5)
-    assert mean_known([None, math.nan]) is None
 
 
 def test_other_people_are_background_of_one():

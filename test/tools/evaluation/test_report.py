@@ -13,10 +13,8 @@ from gait_tools.evaluation.metrics import BoxScore, FrameScore
 from gait_tools.evaluation.report import (
     SequenceOutput,
     Summary,
-    aligned,
     comparison_table,
     mean_of,
-    mean_tracking,
     restart_report,
     table,
     tracking_table,
@@ -93,14 +91,6 @@ def test_restarts_are_averaged_per_sequence_first(report):
     assert '0.8500' in text.splitlines()[-1]
 
 
-def test_the_table_is_aligned(report):
-    lines = table(report).splitlines()
-    assert len(lines) == 4
-    assert lines[0].split()[:3] == ['sequence', 'frames', 'J']
-    assert len({len(line) for line in lines}) == 1
-    assert aligned([['a', 'b'], ['ccc', 'dd']]) == 'a     b\nccc  dd'
-
-
 def test_a_comparison_names_who_loses_most(report):
     changed = {name: row | {'J': row['J'] - 0.2} for name, row in report['sequences'].items()}
     changed['two']['J'] = 0.6
@@ -131,24 +121,6 @@ def test_the_report_is_written_as_json(report, tmp_path):
         write_json(tmp_path / 'missing' / 'scores.json', report)
     with pytest.raises(SequenceError, match='cannot be written'):
         write_image(tmp_path / 'scores.json' / 'a.png', np.zeros((2, 2), np.uint8))
-
-
-def _row(**other: object) -> dict[str, object]:
-    counts = ('lost_frames', 'id_switches', 'shared_ids', 'false_slots', 'false_frames')
-    row: dict[str, object] = dict.fromkeys((*counts, 'never_locked', 'never_recovered'), 1)
-    row |= {'J': 0.5, 'J_one_id': 0.4, 'box_iou': None, 'centre_error': 0.1}
-    return row | {'lock_seconds': 0.2, 'recovery_seconds': None} | other
-
-
-def test_counts_are_summed_and_the_longest_of_times_is_taken() -> None:
-    mean = mean_tracking([_row(), _row(J=1.0, lock_seconds=0.7, box_iou=0.6)])
-    assert mean['J'] == pytest.approx(0.75)
-    assert mean['box_iou'] == pytest.approx(0.6)
-    assert mean['false_slots'] == 2
-    assert mean['lock_seconds'] == 0.7
-    assert mean['recovery_seconds'] is None
-    assert 'mota' not in mean_tracking([_row(mota=0.9), _row()])
-    assert mean_tracking([_row(mota=0.9), _row(mota=0.7)])['mota'] == pytest.approx(0.8)
 
 
 def test_masks_and_a_sheet_are_written(tmp_path):

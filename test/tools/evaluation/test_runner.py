@@ -55,13 +55,6 @@ def test_frames_without_a_result_count_as_empty(sequence):
     assert outcomes[0].timings_ms == {}
 
 
-def test_frames_without_truth_are_run_but_not_scored(tmp_path):
-    sequence = Sequence.load(write_sequence(tmp_path / 'walk', without_mask=(2, 3)))
-    outcomes = run_sequence(FakePipeline(), sequence)
-    assert [outcome.score is None for outcome in outcomes] == [n in (2, 3) for n in range(8)]
-    assert outcomes[2].mask.any()
-
-
 class Pair(FakePipeline):
     """Sees somebody else in its first slot, and the red man in its second; a third is lost."""
 

@@ -41,13 +41,6 @@ def test_a_sequence_is_loaded(folder):
     assert set(np.unique(sequence.truth(1))) == {0, 170, 255}
 
 
-def test_jpeg_frames_and_frames_without_mask(tmp_path):
-    sequence = Sequence.load(write_sequence(tmp_path / 'a', suffix='jpg', without_mask=(1,)))
-    assert sequence.image(0).shape == (40, 48, 3)
-    assert sequence.truth(1) is None
-    assert sequence.truth(2) is not None
-
-
 def test_a_name_may_precede_the_number(folder):
     before = Sequence.load(folder)
     truths = [before.truth(number) for number in before.numbers]
@@ -71,15 +64,6 @@ def label(folder, boxes, frames=3):
         cv2.imwrite(str(folder / 'labels' / f'{number:04d}.png'), labels)
 
 
-def test_without_labels_the_person_of_the_mask_is_number_one(folder):
-    sequence = Sequence.load(folder)
-    np.testing.assert_array_equal(sequence.labels(1) == 1, sequence.truth(1) == 255)
-    assert sequence.attendance.people == (1,)
-    assert sequence.starts == {0: (sequence.initial_box,)}
-    sequence.masks.pop(1)
-    assert sequence.labels(1) is None
-
-
 def test_labelled_people_start_from_their_true_boxes(folder):
     label(folder, {1: (4, 6, 10, 29), 2: (30, 8, 8, 20)})
     sequence = Sequence.load(folder)
@@ -96,15 +80,6 @@ def test_boxes_can_be_given_for_everybody(folder):
     rewrite(folder, initial_boxes=[[3, 5, 12, 31], {'frame': 2, 'box': [29, 8, 9, 21]}])
     sequence = Sequence.load(folder)
     assert sequence.starts == {0: (Box(3, 5, 12, 31),), 2: (Box(29, 8, 9, 21),)}
-
-
-def test_only_frames_from_the_first_box_on_are_run(folder):
-    rewrite(
-        folder, initial_frame=1, initial_boxes=[{'frame': 2, 'box': [1, 1, 5, 5]}, [2, 2, 6, 6]]
-    )
-    sequence = Sequence.load(folder)
-    assert sequence.numbers == [1, 2]
-    assert sequence.starts == {1: (Box(2, 2, 6, 6),), 2: (Box(1, 1, 5, 5),)}
 
 
 @pytest.mark.parametrize(

@@ -35,14 +35,6 @@ def made(monkeypatch):
     return pipelines
 
 
-def test_all_sequences_are_in_the_report(folders):
-    report = session(folders).evaluate(PipelineConfig())
-    assert list(report['sequences']) == ['a', 'b']
-    assert report['mean']['J'] == 1
-    assert report['mean']['frames'] == 22
-    assert 'restarts' not in report
-
-
 def test_restarts_and_pictures_are_made_when_asked_for(folders, tmp_path):
     asked = session(folders, restarts=True, warm=True)
     report = asked.evaluate(PipelineConfig(), tmp_path / 'out')
@@ -50,12 +42,6 @@ def test_restarts_and_pictures_are_made_when_asked_for(folders, tmp_path):
     assert list(report['restarts']['per_sequence']['b']['starts']) == ['0', '10']
     assert (tmp_path / 'out' / 'b' / 'contact_sheet.png').is_file()
     assert (tmp_path / 'out' / 'a' / 'masks' / '0005.png').is_file()
-
-
-def test_two_sequences_of_one_name_are_refused(folders, tmp_path):
-    again = write_sequence(tmp_path / 'other' / 'a')
-    with pytest.raises(SequenceError, match='a name of its own'):
-        load_sequences([*folders, again])
 
 
 def label_another(folder, people=2):

@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 import json
-import sys
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from gait_tools.evaluation.tracking_score import (
     Sighting,
     TrackingScore,
     first_frames,
-    mot_scores,
 )
 
 from .fakes import found_person
@@ -79,11 +77,6 @@ def test_who_is_held_stays_with_the_track_while_both_fit():
     truth = [{1: 20}] * 3
     numbers = score(truth, [{4: 20}, {4: 22, 9: 20}, {9: 20, 4: 22}])
     assert numbers['id_switches'] == 0
-    assert numbers['people']['1']['ids'] == [4]
-
-
-def test_who_is_hidden_for_a_while_stays_with_the_track_of_before():
-    numbers = score([{1: 20}, {}, {1: 20}], [{4: 20}, {}, {4: 22, 9: 20}])
     assert numbers['people']['1']['ids'] == [4]
 
 
@@ -197,27 +190,6 @@ def test_switches_are_those_of_motmetrics():
     assert numbers['mota'] == pytest.approx(known['mota'], abs=0.1)
 
 
-def test_a_switch_a_miss_and_a_false_box():
-    pytest.importorskip('motmetrics')
-    frames = [
-        ((1,), (7,), np.array([[0.9]])),
-        ((1,), (8,), np.array([[0.9]])),
-        ((1,), (8,), np.array([[0.2]])),
-        ((1,), (), np.zeros((1, 0))),
-    ]
-    scores = mot_scores(frames)
-    # A switch, two misses and a false box in four.
-    assert scores['mota'] == pytest.approx(0.0)
-    # One identity holds in one frame of four, and three boxes were given.
-    assert scores['idf1'] == pytest.approx(2 * 1 / (4 + 3))
-    assert mot_scores([((), (), np.zeros((0, 0)))]) == {'mota': None, 'idf1': None}
-
-
-def test_without_the_package_there_are_none(monkeypatch):
-    monkeypatch.setitem(sys.modules, 'motmetrics', None)
-    assert mot_scores([((1,), (7,), np.array([[0.9]]))]) == {}
-
-
 def attendance(columns_of, frames=20, fps=5.0):
     """Draw people as columns x to x + width of an image of 60 x 40."""
 
@@ -261,16 +233,3 @@ def test_little_of_somebody_is_not_seeing_them():
     partly = attendance(lambda number: {1: slice(20, 26 if number < 3 else 32)})
     assert partly.seen(1)[0] == 0
     assert partly.first_whole(1) == 3
-
-
-def test_who_was_hidden_returns():
-    seen = attendance(lambda number: {} if 7 <= number < 12 else {1: slice(20, 30)})
-    assert seen.returns(1) == [12]
-    assert attendance(coming).returns(2) == []
-
-
-def test_boxes_belong_to_people():
-    seen = attendance(coming)
-    assert seen.person_at(Box(39, 4, 12, 32), 6) == 2
-    assert seen.person_at(Box(20, 4, 12, 32), 6) is None
-    assert seen.person_at(Box(39, 4, 12, 32), 99) is None

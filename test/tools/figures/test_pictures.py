@@ -31,16 +31,6 @@ def test_the_table_adds_what_comparing_would(levels):
         assert table.split[value] == (here <= value).sum()
 
 
-def test_the_likelihood_is_that_on_the_templates_grid():
-    shot, bank = short()[4], small_bank()
-    table = table_of(shot, bank, MatchingConfig())
-    template = bank.templates[shot.match.sequence, shot.match.phase_index]
-    assert table.likelihood.shape == template.shape
-    inside = table.likelihood[template > 200]
-    assert inside.mean() > 200
-    assert table.likelihood[template == 0].mean() < 60
-
-
 def test_frames_are_spread_and_those_without_a_match_left_out():
     shots = list(short())
     assert [shot.given.number for shot in chosen(shots, 3)] in ([0, 4, 7], [0, 3, 7])

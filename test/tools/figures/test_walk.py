@@ -102,11 +102,6 @@ def test_steps_back_are_counted_and_the_turn_of_the_stride_is_none():
     assert made(path, TRUE[:5]).backward(np.array([0.1, 0.1, 0.2])) == 0
 
 
-def test_without_truth_there_is_no_error():
-    phases = made(TRUE, np.full(10, np.nan))
-    assert math.isnan(phases.rms(phases.path))
-
-
 def test_the_path_is_matched_and_each_frame_alone():
     phases = phases_of(short(), small_bank(), MatchingConfig())
     assert list(phases.numbers) == list(range(8))

@@ -16,7 +16,6 @@ from gait_tools.gait_model.render import render_silhouette
 from gait_tools.gait_model.silhouettes import (
     SilhouetteSequence,
     bank_from_silhouettes,
-    read_masks,
     read_silhouettes,
     register_silhouettes,
 )
@@ -51,12 +50,6 @@ def test_registration_centres_and_scales(registered):
     mass = np.cumsum(registered.sum(axis=1, dtype=float), axis=1)
     medians = [np.interp(m[-1] / 2, m, np.arange(1, GRID[1] + 1)) for m in mass]
     assert np.mean(medians) == pytest.approx(GRID[1] / 2, abs=0.5)
-
-
-def test_place_and_size_in_the_picture_do_not_matter(masks):
-    moved = np.pad(masks, ((0, 0), (7, 30), (40, 3)))
-    usual = register_silhouettes(masks, GRID, FILL)
-    assert (np.abs(register_silhouettes(moved, GRID, FILL).astype(int) - usual) <= 1).all()
 
 
 def test_folders_that_cannot_be_used(tmp_path, masks):
@@ -99,14 +92,6 @@ def test_silhouettes_cut_out_by_their_boxes_make_the_same_bank(tmp_path, masks):
     whole = register_silhouettes(masks, GRID, FILL)
     difference = np.abs(cut.astype(int) - whole).mean() / whole.mean()
     assert difference < 0.05
-
-
-def test_masks_of_any_size_are_read_without_those_of_nobody(tmp_path, masks):
-    for n, mask in enumerate([masks[0], 0 * masks[1], masks[2][:-2]]):
-        cv2.imwrite(str(tmp_path / f'{n}.png'), mask)
-    found = read_masks(tmp_path)
-    assert [path.name for path, _ in found] == ['0.png', '2.png']
-    assert [mask.shape for _, mask in found] == [masks[0].shape, masks[2][:-2].shape]
 
 
 SPEC = BankSpec(height=48, width=32, phases=10)
@@ -183,11 +168,6 @@ def test_period(registered):
     values = autocorrelation(registered, 40)
     assert values[0] == pytest.approx(1)
     assert values[31] > 0.8 > 0 > values[8]
-
-
-def test_period_of_an_oblique_view_where_the_half_cycles_differ():
-    oblique = register_silhouettes(walker(90, 30.0, azimuth=np.pi / 4), GRID, FILL)
-    assert find_step(oblique, profile=False) == pytest.approx(15, abs=0.5)
 
 
 def test_contacts(registered):
