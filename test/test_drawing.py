@@ -11,9 +11,8 @@ from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.pictures import (
     matching_picture,
     segmentation_picture,
-    tracking_picture,
 )
-from gait_segmentation.results import EMPTY, LOST, MatchResult, SegmentationResult, TrackResult
+from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.segmentation import PeopleMasks
 
 GREEN = (0, 255, 0)
@@ -58,20 +57,6 @@ LARGE = np.zeros((120, 160), np.uint8)
 LARGE[20:100, 40:70] = 255
 NOBODY = MatchResult(5, 0, None, None, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, np.zeros_like(SMALL))
 SOMEBODY = MatchResult(5, 1, BodyFrame(55, 60, 80), None, 0, 0, 0.0, 1.0, 0.0, 1.0, 1.0, SMALL)
-
-
-def test_likelihoods_are_red_and_boxes_are_drawn() -> None:
-    tracks = [
-        TrackResult(5, 1, Box(40, 20, 30, 80), SMALL, 0.9),
-        TrackResult(5, 2, None, np.zeros_like(SMALL), 0.0, state=LOST),
-        TrackResult(5, 0, None, np.zeros_like(SMALL), 0.0, state=EMPTY),
-    ]
-    picture = tracking_picture(IMAGE, tracks)
-    assert picture.shape == IMAGE.shape
-    assert picture[60, 55].tolist() == [60, 60, 255]
-    assert (picture != IMAGE).any(axis=2)[:20].any()
-    assert (IMAGE == 60).all()
-    assert (tracking_picture(IMAGE, tracks[2:]) == IMAGE).all()
 
 
 def is_red(pixel: np.ndarray) -> bool:

@@ -227,14 +227,6 @@ def test_a_misspelt_parameter_in_a_file_is_refused(
     assert 'there is no parameter max_peple: did you mean max_people?' in said
 
 
-def test_the_shipped_parameter_file_holds_the_defaults(given: list[str]) -> None:
-    path = str(ROOT / 'config/gait_segmentation.yaml')
-    plain, filed = (
-        make_jobs(parser().parse_args([given[0], *more]))[0] for more in ([], ['--params', path])
-    )
-    assert plain == filed
-
-
 def test_a_preset_is_what_parameter_file_and_options_begin_with(
     given: list[str], tmp_path: Path
 ) -> None:

@@ -228,11 +228,6 @@ def test_what_cannot_be_used_says_why(
     assert str(path) in str(caught.value)
 
 
-def test_bags_have_stamps_and_no_rate(tmp_path: Path) -> None:
-    with pytest.raises(SequenceError, match='leave out --rate'):
-        open_input(write_bag2(tmp_path / 'walk', {'/image': greys(3)}), rate=10)
-
-
 def test_bags_are_read_without_ros_and_without_rosbags_it_is_said_what_to_install(
     tmp_path: Path,
 ) -> None:

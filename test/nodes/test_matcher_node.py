@@ -12,7 +12,6 @@ from sensor_msgs.msg import Image, RegionOfInterest
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.nodes.matcher_node import MatcherNode
-from gait_segmentation.ros.diagnostics import missing_input
 from gait_segmentation.ros.endpoints import LATCHED
 from gait_segmentation.ros.messages import box_message, image_message
 from gait_segmentation.streams.fields import read_body, read_box
@@ -154,19 +153,6 @@ def test_frames_of_which_a_part_never_comes_are_counted(bench: Bench) -> None:
         door.publish(index, 1.0)
         door.wait(index - 1)
     assert door.node.statistics.incomplete == 2
-
-
-def test_it_is_said_that_there_is_no_tracker(bench: Bench) -> None:
-    node = bench.add(MatcherNode)
-    assert missing_input(node) == (
-        'nothing to do: nobody publishes /person_0/box, /person_0/likelihood; is gait_tracker '
-        'running and active?'
-    )
-    bench.publisher(PolygonInstanceStamped, 'person_0/box', 1)
-    bench.publisher(Image, 'person_0/likelihood', 1)
-    assert missing_input(node).startswith(
-        'nothing to do: nothing comes from gait_tracker; is it act'
-    )
 
 
 def test_a_size_that_is_not_latched_is_said_to_be_unheard(bench: Bench, capfd) -> None:

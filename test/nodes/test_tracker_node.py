@@ -10,7 +10,7 @@ import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonInstance, PolygonInstanceStamped
 from rclpy.parameter import Parameter
-from rclpy.qos import QoSProfile, ReliabilityPolicy, qos_profile_parameters
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CompressedImage, Image, RegionOfInterest
 from std_srvs.srv import SetBool, Trigger
 
@@ -31,19 +31,6 @@ BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
 
 def boxes(bench: Bench) -> list[int]:
     return [len(m.polygon.polygon.points) for m in bench.received['person_0/box']]
-
-
-def test_the_initial_box_waits_for_its_stamp(bench: Bench) -> None:
-    stamp = header(2).stamp
-    bench.add(
-        TrackerNode,
-        initial_box=BOX,
-        initial_box_stamp=stamp.sec * 1_000_000_000 + stamp.nanosec,
-    )
-    bench.record_outputs('person_0/box')
-    camera = bench.publisher(Image, 'image', 1)
-    bench.feed(camera, [frame(index) for index in range(4)])
-    assert boxes(bench) == [0, 0, 4, 4]
 
 
 def test_of_16_bits_as_many_are_used_as_the_camera_has(bench: Bench, monkeypatch) -> None:
@@ -214,19 +201,6 @@ def test_the_size_is_told_when_it_changes_and_to_those_who_come_later(bench: Ben
     bench.probe.create_subscription(RegionOfInterest, 'image_size', later.append, LATCHED)
     bench.until(lambda: bool(later), 'the size')
     assert later[0].width == 200
-
-
-def test_a_burst_of_requests_is_answered(bench: Bench) -> None:
-    node = bench.add(TrackerNode)
-    reset = bench.probe.create_client(
-        Trigger, 'gait_tracker/reset', qos_profile=qos_profile_parameters
-    )
-    bench.until(reset.service_is_ready, 'the service')
-    # All before the node has time for the first.
-    bench.executor.remove_node(node)
-    asked = [reset.call_async(Trigger.Request()) for _ in range(100)]
-    bench.executor.add_node(node)
-    bench.until(lambda: all(each.done() for each in asked), 'all answers')
 
 
 def test_diagnostics_report_frames_and_track(bench: Bench) -> None:

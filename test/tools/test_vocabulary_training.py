@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.util
 import sys
 
-import cv2
 import numpy as np
 import pytest
 
@@ -58,18 +57,6 @@ def test_a_square_has_its_outline_at_its_place() -> None:
     np.testing.assert_allclose(z[:, :2].max(axis=0), (0.725, 0.95) - half, atol=1e-4)
     side = np.abs(z[:, 1] - 0.5) < 0.3
     np.testing.assert_allclose(z[side, 2], 0.35, atol=1e-4)
-
-
-@pytest.mark.parametrize('factor', [0.4, 3])
-def test_near_and_far_people_count_alike(silhouettes: list[Silhouette], factor: float) -> None:
-    mask = np.where(silhouettes[5].mask > 127, 255, 0).astype(np.uint8)
-    large = cv2.resize(mask, None, fx=factor, fy=factor, interpolation=cv2.INTER_NEAREST)
-    (one,), (other,) = mask_silhouettes([mask]), mask_silhouettes([large])
-    assert one.body.height == other.body.height
-    z, found = (outline_features([each], SPEC)[0] for each in (one, other))
-    assert len(found) == pytest.approx(len(z), rel=0.1)
-    away = np.linalg.norm(found[:, None, :2] - z[None, :, :2], axis=2).min(axis=1)
-    assert away.max() < 0.04
 
 
 def test_what_is_too_little_is_refused(silhouettes: list[Silhouette]) -> None:

@@ -191,21 +191,19 @@ def test_a_worker_without_the_package_is_told(
 
 @pytest.mark.parametrize(
     ('address', 'reason'),
-    [('localhost', 'missing port number'), ('ftp://localhost:1', 'unknown address scheme')],
+    [
+        ('localhost', '--dask localhost: there is no Dask scheduler: missing port number'),
+        ('ftp://localhost:1', 'unknown address scheme'),
+        ('', 'distributed is not installed: pip install'),
+    ],
 )
-def test_what_is_no_address_is_refused(
-    address: str, reason: str, given: list[str], tmp_path: Path, capsys
+def test_without_a_cluster_it_is_told_what_is_missing(
+    address: str, reason: str, given: list[str], tmp_path: Path, capsys, monkeypatch
 ) -> None:
-    pytest.importorskip('distributed', reason='needs the extra archive')
-    assert main([*given, '--dask', address]) == 2
-    assert f'--dask {address}: there is no Dask scheduler: {reason}' in capsys.readouterr().err
-    assert not (tmp_path / 'out').exists()
-
-
-def test_without_dask_it_is_told_what_to_install(
-    given: list[str], tmp_path: Path, capsys, monkeypatch
-) -> None:
-    monkeypatch.setitem(sys.modules, 'distributed', None)
-    assert main([*given, '--dask', 'tcp://host:8786']) == 2
-    assert 'distributed is not installed: pip install' in capsys.readouterr().err
+    if address:
+        pytest.importorskip('distributed', reason='needs the extra archive')
+    else:
+        monkeypatch.setitem(sys.modules, 'distributed', None)
+    assert main([*given, '--dask', address or 'tcp://host:8786']) == 2
+    assert reason in capsys.readouterr().err
     assert not (tmp_path / 'out').exists()

@@ -123,22 +123,17 @@ def test_everything_is_written(demo: Demo, film, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ('dies', 'number', 'code', 'said'),
+    ('number', 'code', 'said'),
     [
-        ('', signal.SIGINT, 130, 'interrupted'),
-        ('', signal.SIGKILL, -signal.SIGKILL, ''),
-        ('segmenter_node', signal.SIGKILL, 2, 'gait_segmenter was killed by signal 9'),
+        (signal.SIGINT, 130, 'interrupted'),
+        (signal.SIGKILL, -signal.SIGKILL, ''),
     ],
 )
 def test_whatever_ends_it_leaves_no_process_behind(
-    demo: Demo, dies: str, number: int, code: int, said: str
+    demo: Demo, number: int, code: int, said: str
 ) -> None:
     children = demo.children()
-    pids = (
-        [pid for pid, words in children.items() if dies in words] if dies else [demo.process.pid]
-    )
-    (pid,) = pids
-    os.kill(pid, number)
+    os.kill(demo.process.pid, number)
     output = demo.finish()
     assert demo.process.returncode == code
     assert said in output
@@ -152,8 +147,6 @@ def test_whatever_ends_it_leaves_no_process_behind(
         (['--clip', 'no_such.mp4', '--box', '1', '1', '9', '9'], 'does not exist'),
         (['--box', '1', '1', '9', '9'], 'give --clip'),
         (['--clip', 'film', '--box', '9999', '1', '9', '9'], 'must not lie outside of the image'),
-        (['--clip', 'film', '--box', '1', '1', '9', '9', '--people', '0'], 'from 1 to 16'),
-        (['--clip', 'film', '--out', 'letter/x'], 'nothing can be written'),
         (['--clip', 'film', '--rate', '-1'], 'rate must be 0, or from 0.01 to 1000 Hz'),
         (['--clip', 'film', '--out', 'letter'], 'nothing can be written'),
     ],
@@ -170,17 +163,15 @@ def test_options_that_make_no_sense_are_errors(
     assert not (tmp_path / 'out').exists()
 
 
-@pytest.mark.parametrize('place', ['masks/0003.png', 'overlay.mp4.txt', 'logs.txt'])
 def test_neither_the_film_nor_what_others_have_put_there_is_overwritten(
-    film, place: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    film, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder, box = film
     assert main(['--clip', str(folder), *box, '--out', str(folder)]) == 2
     assert f'lies in the input {folder}' in capsys.readouterr().err
-    mine = tmp_path / place
-    mine.parent.mkdir(exist_ok=True)
-    mine.write_text('{"mine": 1}')
+    mine = tmp_path / 'masks/0003.png'
+    mine.parent.mkdir()
+    mine.write_text('mine')
     assert main(['--clip', str(folder), *box, '--out', str(tmp_path)]) == 2
-    assert f'{Path(place).parts[0]} was not made by' in capsys.readouterr().err
-    assert list(tmp_path.rglob('*.*')) == [mine]
-    assert mine.read_text() == '{"mine": 1}'
+    assert 'masks was not made by' in capsys.readouterr().err
+    assert (list(tmp_path.rglob('*.*')), mine.read_text()) == ([mine], 'mine')

@@ -14,7 +14,6 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
 
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
@@ -61,7 +60,8 @@ def take(recording: Recording, topic: str, second: int) -> None:
             message.name, message.position = ['gait_phase', 'view_azimuth'], [np.pi, 0.5]
     else:
         message = box_message(BOX.corners() if somebody else (), 7 * somebody, header)
-    recording._receive(topic, serialize_message(message))
+    with recording.lock:
+        recording.heard(topic, second * 10**9, '', serialize_message(message))
 
 
 def test_a_result_is_what_the_messages_say(recording: Recording) -> None:
@@ -81,16 +81,6 @@ def test_a_result_is_what_the_messages_say(recording: Recording) -> None:
     assert not nobody.segmentation.mask.any()
 
 
-def test_a_frame_is_complete_once_and_when_all_has_come(recording: Recording) -> None:
-    for topic in TOPICS:
-        assert recording.complete == 0
-        take(recording, topic, 5)
-    for topic in TOPICS[:3]:
-        take(recording, topic, 5)
-        take(recording, topic, 6)
-    assert recording.complete == 1
-
-
 def test_nodes_are_connected_when_all_of_them_say_so(recording: Recording) -> None:
     counts = {
         f'/person_{k}/{name}': n for k in range(2) for name, n in module._SUBSCRIBERS.items()
@@ -100,9 +90,7 @@ def test_nodes_are_connected_when_all_of_them_say_so(recording: Recording) -> No
 
     def say(name: str, **more: object) -> None:
         values = {'state': 'active', **more}
-        pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
-        status = DiagnosticStatus(name=name, values=pairs)
-        recording._diagnose(DiagnosticArray(status=[status]))
+        recording.status[name] = {key: str(value) for key, value in values.items()}
 
     say(NODES[0], state='inactive', **subscribers)
     for name in NODES[1:]:
@@ -149,10 +137,15 @@ def played(recording: Recording, tmp_path: Path, monkeypatch) -> SimpleNamespace
     def run(dead: str = '') -> float:
         film = open_input(Path(__file__).parents[3] / 'docs/images')
         stamps = tmp_path / 'stamps.txt'
-        module._record(recording, Played(stamps, dead), film, stamps, {})
+        module.record(recording, Played(stamps, dead), film, stamps, {})
         return clock.now_s
 
     return SimpleNamespace(run=run, clock=clock)
+
+
+def test_it_ends_when_a_node_dies_after_the_film(played) -> None:
+    with pytest.raises(ProcessError, match='gait_matcher ended'):
+        played.run('gait_matcher')
 
 
 @pytest.mark.parametrize('held', [True, False])
@@ -169,8 +162,3 @@ def test_it_ends_when_held_frames_are_handed_out_or_the_rest_is_lost(
     assert played.run() == pytest.approx(5.0 if held else 10.0, abs=0.2)
     assert released == [pytest.approx(5.0, abs=0.1)]
     assert len(recording.published) == 4
-
-
-def test_it_ends_when_a_node_dies_after_the_film(played) -> None:
-    with pytest.raises(ProcessError, match='gait_matcher ended'):
-        played.run('gait_matcher')

@@ -11,10 +11,8 @@ from hypothesis.extra.numpy import arrays
 from gait_segmentation.geometry import Box
 from gait_tools.evaluation.metrics import (
     boundary_f,
-    error_percent,
     evaluation_window,
     jaccard,
-    labels_of_truth,
     score_frame,
     start_box,
     true_box,
@@ -36,11 +34,6 @@ def test_jaccard_leaves_out_ambiguous_pixels():
     assert jaccard(image('####'), truth) == pytest.approx(2 / 3)
     assert jaccard(image('....'), image('..??')) == 1
     assert jaccard(image('#...'), image('..??')) == 0
-
-
-def test_error_percent_counts_known_pixels_only():
-    assert error_percent(image('#..#'), image('.#.?')) == pytest.approx(200 / 3)
-    assert error_percent(image('##'), image('??')) == 0
 
 
 @pytest.mark.parametrize(
@@ -148,10 +141,3 @@ def test_other_people_are_background_of_one():
     labels = np.array([[0, 1, 2, 16, 17, 255]], np.uint8)
     assert truth_of(labels, 2).tolist() == [[0, 0, 255, 0, 170, 170]]
     assert truth_of(labels, 16).tolist() == [[0, 0, 0, 255, 170, 170]]
-
-
-def test_one_person_is_number_one():
-    truth = np.array([[0, 255, 170, 1]], np.uint8)
-    labels = labels_of_truth(truth)
-    assert labels.tolist() == [[0, 1, 255, 255]]
-    assert truth_of(labels, 1).tolist() == [[0, 255, 170, 170]]

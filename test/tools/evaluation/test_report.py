@@ -1,31 +1,22 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-import json
 import math
 
-import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_tools.evaluation.metrics import BoxScore, FrameScore
 from gait_tools.evaluation.report import (
-    SequenceOutput,
     Summary,
-    comparison_table,
     mean_of,
     restart_report,
     table,
-    tracking_table,
-    write_image,
-    write_json,
 )
 from gait_tools.evaluation.runner import Outcome
-from gait_tools.evaluation.sequence import Sequence
 from gait_tools.evaluation.tracking_score import Attendance, TrackingScore
 
-from .fakes import FakePipeline, found_person, run_sequence, write_sequence
+from .fakes import found_person
 
 
 def outcome(j, box_iou=0.5, total=10.0, scored=True):
@@ -89,50 +80,3 @@ def test_restarts_are_averaged_per_sequence_first(report):
     text = table({**report, 'restarts': restarts})
     assert 'restart J' in text
     assert '0.8500' in text.splitlines()[-1]
-
-
-def test_a_comparison_names_who_loses_most(report):
-    changed = {name: row | {'J': row['J'] - 0.2} for name, row in report['sequences'].items()}
-    changed['two']['J'] = 0.6
-    less = {'sequences': changed, 'mean': report['mean'] | {'J': 0.55}}
-    first, last = comparison_table('x', report, {'as it is': report, 'less': less}).splitlines()[
-        1:
-    ]
-    assert first.split()[-3:] == ['-0.0500', 'one', '-0.200']
-    assert last.split()[-1] == '+0.000'
-
-
-def test_tracking_has_a_table_of_its_own(report):
-    pytest.importorskip('motmetrics')
-    lines = tracking_table(report).splitlines()
-    assert lines[0].split()[:3] == ['tracking', 'people', 'J']
-    perfect = ['1.0000', '1.0000', '1.000', '0.000', '0', '0', '0', '1.000', '1.000']
-    assert lines[1].split() == ['one', '1', *perfect, '0.00', '-', '0']
-    assert lines[2].split()[:3] == ['two', '1', '0.0000']
-    assert '- (1 never)' in lines[2]
-    assert lines[3].split()[:2] == ['mean', '0.5000']
-    assert report['mean']['tracking']['never_locked'] == 1
-
-
-def test_the_report_is_written_as_json(report, tmp_path):
-    write_json(tmp_path / 'scores.json', report)
-    assert json.loads((tmp_path / 'scores.json').read_text()) == report
-    with pytest.raises(SequenceError, match='cannot be written'):
-        write_json(tmp_path / 'missing' / 'scores.json', report)
-    with pytest.raises(SequenceError, match='cannot be written'):
-        write_image(tmp_path / 'scores.json' / 'a.png', np.zeros((2, 2), np.uint8))
-
-
-def test_masks_and_a_sheet_are_written(tmp_path):
-    sequence = Sequence.load(write_sequence(tmp_path / 'walk', frames=5))
-    output = SequenceOutput(tmp_path / 'out', sequence)
-    outcomes = run_sequence(FakePipeline(), sequence)
-    for outcome in outcomes:
-        assert outcome.number in output.shown
-        output.add(outcome)
-    output.close()
-    names = sorted(path.name for path in (tmp_path / 'out' / 'masks').iterdir())
-    assert names == [f'{number:04d}.png' for number in range(5)]
-    mask = cv2.imread(str(tmp_path / 'out' / 'masks' / '0003.png'), cv2.IMREAD_UNCHANGED)
-    np.testing.assert_array_equal(mask, outcomes[3].mask)
-    assert cv2.imread(str(tmp_path / 'out' / 'contact_sheet.png')).shape == (264, 1024, 3)

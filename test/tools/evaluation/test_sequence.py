@@ -85,20 +85,15 @@ def test_boxes_can_be_given_for_everybody(folder):
 @pytest.mark.parametrize(
     ('spoil', 'message'),
     [
-        (lambda f: move(f, '.', '../gone'), 'walk is not a folder'),
         (lambda f: move(f, 'sequence.yaml', 'a'), r'is no sequence: there is no sequence\.yaml'),
         (lambda f: move(f, 'masks', 'a'), 'masks is missing'),
-        (lambda f: move(f, 'frames', 'a'), 'frames is missing'),
         (lambda f: [path.unlink() for path in (f / 'frames').iterdir()], 'has no images named'),
-        (lambda f: move(f, 'frames/0001.png', 'frames/one.png'), 'must be named by its number'),
         (lambda f: (f / 'frames/2.png').write_bytes(b''), 'have the same number'),
         (lambda f: (f / 'frames/0001.png').unlink(), r'0001\.png is the mask of a frame that is'),
-        (lambda f: label(f, {1: (4, 6, 10, 29)}, 4), r'0003\.png is the label image of a frame'),
         (
             lambda f: [path.rename(path.with_suffix('.jpg')) for path in (f / 'masks').iterdir()],
             r'0000\.jpg must be a \.png',
         ),
-        (lambda f: (f / 'sequence.yaml').write_text('fps: [1'), r'sequence\.yaml'),
         (lambda f: (f / 'sequence.yaml').write_text('- 1'), r'yaml must have names and values'),
     ],
 )
@@ -113,25 +108,14 @@ def test_folders_that_are_no_sequence_are_refused(folder, spoil, message):
     [
         ({'fps': None}, 'has no fps'),
         ({'fps': 0}, 'fps .* from 0.01 to 1000, got 0'),
-        ({'fps': 'fast'}, "fps .* from 0.01 to 1000, got 'fast'"),
-        ({'fps': float('nan')}, 'fps .* from 0.01 to 1000, got nan'),
-        ({'fps': 10**400}, 'fps .* from 0.01 to 1000, got 1000'),
-        ({'fps': 1.0e308}, r'fps .* from 0.01 to 1000, got 1e\+308'),
         ({'initial_box': None}, 'has no initial_box'),
         ({'initial_box': [1, 2, 3]}, 'four numbers'),
-        ({'initial_box': [1, 2, 3, 10**400]}, 'four numbers'),
         ({'initial_box': [1, 2, 0, 4]}, 'positive width and height'),
         ({'initial_box': [100, 2, 5, 4]}, 'initial_box in .*not lie outside of .* 48 x 40'),
         ({'initial_box': [0, 0, 1e7, 1e7]}, 'at most 4 times as wide and high as .* 48 x 40'),
         ({'initial_frame': 7}, r'number of a frame \(0 to 2\), got 7'),
-        ({'initial_frame': 'first'}, 'number of a frame'),
-        ({'initial_frame': [0]}, 'number of a frame'),
         ({'initial_boxes': []}, r'must be a list of boxes, got \[\]'),
-        ({'initial_boxes': 'here'}, "must be a list of boxes, got 'here'"),
-        ({'initial_boxes': [[1, 2]]}, 'four numbers'),
-        ({'initial_boxes': [{'frame': 1}]}, 'four numbers x, y, width, height, got None'),
         ({'initial_boxes': [{'frame': 9, 'box': [1, 2, 3, 4]}]}, 'a frame from 0 on, got 9'),
-        ({'initial_boxes': [{'frame': [0], 'box': [1, 2, 3, 4]}]}, 'must be the number of a'),
     ],
 )
 def test_values_that_cannot_be_used_are_refused(folder, changes, message):
@@ -215,9 +199,3 @@ def test_heat_maps_of_any_size_come_with_the_stamps_of_their_own_frames(walk, ti
     assert {came: int(values[0, 0]) for came, (values, _) in pipeline.heat_maps.items()} == own
     stamps = {came: stamp_ns for came, (_, stamp_ns) in pipeline.heat_maps.items()}
     assert stamps == {came: walk.stamp_ns(number) for came, number in own.items()}
-
-
-@pytest.mark.parametrize('name', ['map:late', 'map:1:0', ':3', 'map:-1'])
-def test_how_late_heat_maps_come_must_be_a_number(walk, name):
-    with pytest.raises(SequenceError, match='NAME:LATE:EVERY, got'):
-        walk.heat_maps(name)

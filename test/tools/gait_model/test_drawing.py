@@ -14,7 +14,6 @@ from gait_segmentation.gait_model import default_bank
 from gait_tools.gait_model.body import BUILDS, PARTS, Build, body_at
 from gait_tools.gait_model.builder import DIRECTIONS, BankSpec, build_bank
 from gait_tools.gait_model.render import (
-    draw,
     render_cycle,
     render_parts,
     render_silhouette,
@@ -90,15 +89,6 @@ def test_registration(name, azimuth):
     assert cycle[:, :, [0, -1]].max() < 128
 
 
-def test_size_and_ground_of_a_single_picture():
-    image = render_silhouette(0.3, 0.0, 90.0, fill=0.9)
-    assert image.shape == (100, 72)
-    rows = np.flatnonzero((image >= 128).any(axis=1))
-    assert rows[-1] + 1 == pytest.approx(50 + 45, abs=1)
-    moved = render_silhouette(0.3, 0.0, 90.0, fill=0.9, shift=(2.0, -3.0))
-    assert (moved[:-3, 2:] == image[3:, :-2]).all()
-
-
 @pytest.mark.parametrize('azimuth', [0.0, np.pi / 2, -np.pi / 2])
 def test_parts_add_up_to_the_silhouette(azimuth):
     kwargs = {'build': Build(hem=0.25, rucksack=0.1)}
@@ -123,18 +113,3 @@ def test_clothes_add_their_parts(name):
     assert {PARTS[part] for part in body.parts} == {n for n in PARTS if clothes.get(n, True)}
     assert np.isfinite(body.centers).all()
     assert np.isfinite(body.axes).all()
-
-
-def ellipse(width, height):
-    axes = np.zeros((1, 2, 3))
-    axes[0, 0, 0], axes[0, 1, 1] = width, height
-    return axes
-
-
-def test_what_lies_outside_of_the_canvas_is_left_out_and_later_pieces_cover_earlier_ones():
-    for x, y in ((-50.0, 4.0), (50.0, 4.0), (4.0, -50.0), (4.0, 50.0)):
-        assert not draw((8, 8), np.array([[x, y]]), ellipse(3.0, 3.0), [(0,)], [1]).any()
-    assert draw((8, 8), np.array([[4.0, 4.0]]), ellipse(100.0, 100.0), [(0,)], [1]).all()
-    axes = np.concatenate([ellipse(4.0, 4.0), ellipse(1.0, 1.0)])
-    canvas = draw((9, 9), np.full((2, 2), 4.5), axes, [(0,), (1,)], [3, 7])
-    assert canvas[4, [4, 1]].tolist() == [7, 3]

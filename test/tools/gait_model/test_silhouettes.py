@@ -83,17 +83,6 @@ def test_images_before_and_after_the_walk_may_be_empty(tmp_path, masks):
     assert (read_silhouettes(tmp_path) == masks[:3]).all()
 
 
-def test_silhouettes_cut_out_by_their_boxes_make_the_same_bank(tmp_path, masks):
-    for n, mask in enumerate(masks):
-        rows, columns = np.nonzero(mask)
-        crop = mask[rows.min() : rows.max() + 1, columns.min() : columns.max() + 1]
-        cv2.imwrite(str(tmp_path / f'{n}.png'), crop)
-    cut = register_silhouettes(read_silhouettes(tmp_path), GRID, FILL)
-    whole = register_silhouettes(masks, GRID, FILL)
-    difference = np.abs(cut.astype(int) - whole).mean() / whole.mean()
-    assert difference < 0.05
-
-
 SPEC = BankSpec(height=48, width=32, phases=10)
 
 
@@ -154,27 +143,11 @@ def test_the_leg_of_the_first_contact_shifts_by_half_a_stride(strides):
     assert tanimoto(left.templates[0], np.roll(right.templates[0], 5, axis=0)) > 0.95
 
 
-def test_bad_input(strides):
-    with pytest.raises(BankError, match='at least one sequence'):
-        bank_from_silhouettes([], SPEC)
-    with pytest.raises(BankError, match=r'walker: .*fewer than three heel contacts'):
-        bank_from_silhouettes([SilhouetteSequence(strides[:27], 0.0, 'walker')], SPEC)
-    with pytest.raises(BankError, match='azimuth must be a finite number'):
-        SilhouetteSequence(strides, np.nan, 'walker')
-
-
 def test_period(registered):
     assert find_step(registered) == pytest.approx(15.5, abs=0.3)
     values = autocorrelation(registered, 40)
     assert values[0] == pytest.approx(1)
     assert values[31] > 0.8 > 0 > values[8]
-
-
-def test_contacts(registered):
-    cycle = find_contacts(registered, 15.5)
-    # The walker starts at phase 0.1: contacts are 0.4, 0.9, ... strides later.
-    expected = 31.0 * np.array([0.4, 0.9, 1.4, 1.9])
-    assert cycle.contacts == pytest.approx(expected, abs=1.5)
 
 
 def test_phase_goes_on_before_and_after_the_contacts():
