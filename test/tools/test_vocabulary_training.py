@@ -68,8 +68,6 @@ def test_what_is_too_little_is_refused(silhouettes: list[Silhouette]) -> None:
     assert len(mask_silhouettes([small, large])) == 1
     with pytest.raises(VocabularyError, match='at least 40 outline points, got 0'):
         outline_features([], SPEC)
-    with pytest.raises(ConfigError, match='words must be'):
-        VocabularySpec(words=0)
     with pytest.raises(ConfigError, match='at least 10 for each of 100 words, got 999'):
         VocabularySpec(words=100, points=999)
 
