@@ -4,9 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from gait_segmentation.drawing import (
-    draw_outline,
-)
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.pictures import (
     matching_picture,
@@ -34,20 +31,6 @@ def square(height, width, top, left, size):
 
 def changed(image, before=90):
     return (image != before).any(axis=2)
-
-
-def test_the_outline_lies_on_the_rim_of_the_mask_and_of_holes():
-    image = grey(30, 40)
-    draw_outline(image, square(30, 40, 10, 12, 8), GREEN)
-    assert is_green(image[10, 15])
-    assert not changed(image)[12:16, 14:18].any()
-    assert not changed(image)[:9].any()
-    assert not changed(image)[:, 22:].any()
-    mask = square(40, 40, 5, 5, 30)
-    mask[15:25, 15:25] = 0
-    image = grey(40, 40)
-    draw_outline(image, mask, GREEN)
-    assert changed(image)[14:16, 20].any()
 
 
 IMAGE = np.full((120, 160, 3), 60, np.uint8)

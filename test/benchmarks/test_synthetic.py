@@ -89,17 +89,6 @@ def test_who_is_nearer_hides_who_is_farther(order):
     assert far.sum() < near.sum() / 10
 
 
-def test_a_shadow_darkens_the_ground_only():
-    bare = SyntheticSequence(small(seed=4, noise=0.0, blur=0.0)).frame(5)
-    shaded = SyntheticSequence(small(seed=4, noise=0.0, blur=0.0, shadow=True)).frame(5)
-    np.testing.assert_array_equal(bare.masks[0], shaded.masks[0])
-    outside = bare.truths[0] == 0
-    darker = bare.image.astype(int) - shaded.image
-    assert darker[outside].min() >= -1
-    assert (darker[outside] > 15).any()
-    assert np.abs(darker[bare.truths[0] == 255]).max() <= 1
-
-
 def test_all_walkers_are_labelled(tmp_path):
     clip = SyntheticSequence(small(frames=3, walkers=2, seed=1))
     clip.write(tmp_path / 'made')

@@ -85,16 +85,6 @@ def test_heat_maps_of_a_folder_are_used(given: list[str], tmp_path: Path, capsys
     np.testing.assert_array_equal([image[:, :, 0] for image in found], expected)
 
 
-def test_nobody_seen_is_said_and_not_looked_for_again(
-    given: list[str], tmp_path: Path, capsys
-) -> None:
-    command = [given[0], *given[-2:], '--count', '3', '--opengait', str(tmp_path / 'gait')]
-    assert main(command) == 0
-    assert 'walk: nobody was seen' in capsys.readouterr().err
-    assert main(command) == 0
-    assert 'done before' in capsys.readouterr().out
-
-
 def test_two_replays_are_the_same_to_the_byte(given: list[str], tmp_path: Path) -> None:
     outputs = ['--csv', str(tmp_path / 'out/walk.csv'), '--opengait', str(tmp_path / 'out/gait')]
     assert main([*given, *outputs]) == 0

@@ -6,6 +6,7 @@ import sqlite3
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -26,25 +27,22 @@ from test.inputs.bags import (
     stamp,
     write_bag1,
     write_bag2,
-    write_compressed_bag2,
 )
 
 ROOT = Path(__file__).parents[2]
 
 
-def _packed(mode: CompressionMode, plugin: StoragePlugin) -> Callable[[Path, dict], Path]:
-    return lambda path, topics: write_compressed_bag2(path, topics, mode, plugin)
-
-
+MCAP, SQLITE = StoragePlugin.MCAP, StoragePlugin.SQLITE3
 WRITERS: dict[str, Callable[[Path, dict], Path]] = {
     'mcap': write_bag2,
-    'mcap, chunks packed': write_compressed_bag2,
-    'mcap, messages packed': _packed(CompressionMode.MESSAGE, StoragePlugin.MCAP),
-    'mcap, files packed': _packed(CompressionMode.FILE, StoragePlugin.MCAP),
-    'sqlite3': lambda path, topics: write_bag2(path, topics, StoragePlugin.SQLITE3),
-    'sqlite3, messages packed': _packed(CompressionMode.MESSAGE, StoragePlugin.SQLITE3),
-    'sqlite3, files packed': _packed(CompressionMode.FILE, StoragePlugin.SQLITE3),
+    'sqlite3': lambda path, topics: write_bag2(path, topics, SQLITE),
     'ros1': lambda path, topics: write_bag1(path.with_suffix('.bag'), topics),
+    'mcap, chunks packed': partial(write_bag2, mode=CompressionMode.STORAGE),
+    **{
+        f'{plugin.name}, {mode.name}': partial(write_bag2, plugin=plugin, mode=mode)
+        for plugin in (MCAP, SQLITE)
+        for mode in (CompressionMode.MESSAGE, CompressionMode.FILE)
+    },
 }
 
 

@@ -58,14 +58,6 @@ def test_a_camera_that_looks_down_sees_the_ground_ahead() -> None:
     assert not CameraPose.above_ground(0.0).grounded
 
 
-def test_a_transform_means_the_same_as_height_and_pitch() -> None:
-    # Optical frame of a level camera that looks along x.
-    pose = CameraPose.from_quaternion((0.0, 0.0, 1.5), (-0.5, 0.5, -0.5, 0.5))
-    level = CameraPose.above_ground(1.5)
-    np.testing.assert_allclose(pose.rotation, level.rotation, atol=1e-12)
-    np.testing.assert_allclose(pose.position, level.position)
-
-
 @pytest.mark.parametrize(
     ('position', 'turn'),
     [

@@ -68,19 +68,6 @@ def cutter(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> Cutter:
     return Cutter(bench, monkeypatch)
 
 
-def test_another_size_of_the_image_starts_anew(cutter: Cutter, capfd) -> None:
-    for index in range(2):
-        cutter.show(index)
-    assert cutter.resets == 0
-    masks = cutter.show(2, LARGE)
-    assert cutter.resets == 1
-    assert [mask.shape for mask in masks] == [LARGE[::-1]] * len(MASKS)
-    assert masks[0].any()
-    assert 'the image size changed: starting anew' in capfd.readouterr().err
-    cutter.show(3, LARGE)
-    assert cutter.resets == 1
-
-
 def test_frames_that_cannot_be_used_give_empty_masks_of_the_last_size(cutter: Cutter) -> None:
     said: list[str] = []
     # Each warning long after the one before.

@@ -85,11 +85,9 @@ def test_the_level_says_what_is_wrong() -> None:
     [
         (9_000_000_000, TIME, '1.000'),
         (0, Time(sec=10), 'nan'),
-        # No /clock, a stamp of 1970 with a real clock behind, one ahead, and one below zero.
+        # No /clock, and a stamp ahead.
         (1_700_000_000_000_000_000, Time(), 'nan'),
         (10_000_000_001, Time(sec=10), 'nan'),
-        (9_000_000_000, Time(sec=-1), 'nan'),
-        (-5, Time(sec=10), 'nan'),
     ],
 )
 def test_ages_are_told_where_they_make_sense(stamp_ns: int, now: Time, said: str) -> None:
@@ -159,11 +157,6 @@ class Graph:
             ),
             'image',
             'nobody publishes /image, but there are images on /cam/a, /cam/b: remap image (',
-        ),
-        (
-            Graph(image__compressed=('v4l2', COMPRESSED), a=('v4l2', RAW)),
-            'image',
-            'but /image/compressed is: set image_transport to compressed',
         ),
         (
             Graph(image=('v4l2', RAW)),

@@ -29,10 +29,8 @@ def test_the_usage_is_shown_instead_of_a_start(words: list[str], code: int, caps
     [
         ('gait_trakker:\n  ros__parameters:\n    max_people: 2', 'gait_trakker'),
         ('gait_tracker:\n  ros_parameters:\n    max_people: 2', 'gait_tracker'),
-        ('max_people: 2', 'max_people'),
         ('', 'no keys'),
         # What serves the node, or another one of this package.
-        ('gait_tracker:\n  ros__parameters:\n    max_people: 2', None),
         ('/**:\n  ros__parameters:\n    max_people: 2', None),
         ('robot1:\n  gait_matcher:\n    ros__parameters:\n      max_people: 2', None),
         ('/robot1/door:\n  ros__parameters:\n    max_people: 2', None),

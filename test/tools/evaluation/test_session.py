@@ -12,7 +12,7 @@ from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.pipeline import PipelineConfig
 from gait_tools.evaluation.report import comparison_table
 from gait_tools.evaluation.sequence import Sequence
-from gait_tools.evaluation.session import Session, load_sequences, restarts_of
+from gait_tools.evaluation.session import Session, load_sequences
 
 from .fakes import FakePipeline, run_sequence, write_sequence
 
@@ -83,14 +83,6 @@ def test_restarts_have_one_slot_and_a_box(folders, made):
     assert made[1].box is not None
     assert made[1].config.people.max_people == 1
     assert made[1].config.starting.auto_init == 'none'
-
-
-def test_restarts_begin_at_every_tenth_frame_with_enough_to_follow(tmp_path):
-    sequence = Sequence.load(write_sequence(tmp_path / 'a', frames=16, without_mask=(0,)))
-    assert [numbers for numbers, _ in restarts_of(sequence)] == [[10, 11, 12, 13, 14, 15]]
-    sequence = Sequence.load(write_sequence(tmp_path / 'b', frames=15))
-    # The box of the person with its rim, one pixel wide.
-    assert restarts_of(sequence) == [(list(range(14)), sequence.initial_box)]
 
 
 @pytest.mark.parametrize(('people', 'slots'), [(1, 3), (2, 3), (4, 4)])

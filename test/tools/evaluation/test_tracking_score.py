@@ -72,20 +72,6 @@ def test_exchanged_ids_are_two_switches_but_cost_no_overlap():
     assert numbers['people']['1']['ids'] == [4, 9]
 
 
-def test_of_two_tracks_the_one_with_the_better_mask_is_the_persons():
-    labels = labels_of({1: 20})
-    scores = TrackingScore(Attendance([(0, labels)], FPS, SIZE), {1: 0})
-    # The boxes are the other way round.
-    tracks = [
-        found_person(4, Box(22, 5, 10, 30), mask_at(26)),
-        found_person(9, Box(26, 5, 10, 30), mask_at(22)),
-    ]
-    scores.add(0, labels, tracks)
-    numbers = scores.numbers()
-    assert numbers['J'] == pytest.approx(8 / 12)
-    assert numbers['box_iou'] == pytest.approx(4 / 16)
-
-
 def test_nobody_there_is_lost_frames_and_no_overlap():
     truth = [{1: 20}] * 4
     numbers = score(truth, [{4: 20}, {}, {4: 70}, {4: 22}])

@@ -77,16 +77,6 @@ def test_phases_that_are_none_are_refused(phases, tmp_path):
     assert math.isnan(next(open_walk(folder, None).frames()).phase)
 
 
-def test_a_walk_without_anybody_is_an_error():
-    class Nobody:
-        def __getattr__(self, name):
-            return lambda *_: []
-
-    walk = open_walk(EXAMPLE, None)
-    with pytest.raises(SequenceError, match='nobody was tracked'):
-        record(Nobody(), walk)
-
-
 TRUE = np.arange(10) / 20
 
 
