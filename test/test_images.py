@@ -32,7 +32,7 @@ from gait_segmentation.images import (
     ],
 )
 def test_what_is_no_bgr_image_is_refused(image: object) -> None:
-    with pytest.raises(InputError, match='image must'):
+    with pytest.raises(InputError):
         check_image(image)  # type: ignore[arg-type]
 
 

@@ -160,7 +160,7 @@ def test_what_takes_long_is_said_and_a_full_disk_is_that_of_the_cache() -> None:
     said, waited = [], threading.Event()
     with compiling(lambda text: (said.append(text), waited.set()), patience_s=0.0):
         assert waited.wait(60)
-    with pytest.raises(OSError, match='full') as caught, compiling(said.append, patience_s=3600.0):
+    with pytest.raises(OSError) as caught, compiling(said.append, patience_s=3600.0):
         raise OSError(28, 'full')
     assert caught.value.filename == 'the cache of compiled kernels'
     assert len(said) == 1

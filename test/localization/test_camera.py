@@ -45,7 +45,7 @@ def test_what_is_no_camera_is_refused(change: dict) -> None:
 
 def test_a_distortion_that_leads_nowhere_is_refused() -> None:
     camera = PinholeCamera(640, 480, 500.0, 510.0, 320.0, 240.0, (-1.0, 0.0, 0.0, 0.0))
-    with pytest.raises(InputError, match='the distortion of camera_info must give each pixel'):
+    with pytest.raises(InputError):
         camera.rays(np.array([(820.5, 240.5)]))
 
 

@@ -115,7 +115,7 @@ def test_stale_frames_are_dropped_with_a_warning(
 def test_all_frames_before_a_damage_are_answered() -> None:
     answers = run([each.frame for each in READ[:3]], LaggedPipeline(), damaged=True)
     assert [next(answers).frame.number for _ in range(3)] == [0, 1, 2]
-    with pytest.raises(DamagedError, match='it breaks off'):
+    with pytest.raises(DamagedError):
         next(answers)
 
 
