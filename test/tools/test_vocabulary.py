@@ -2,15 +2,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import argparse
 import importlib.util
 import sys
+from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.paper.vocabulary import VocabularyError
-from gait_tools.gait_model import BankSpec, build_bank
+from gait_segmentation.paper.vocabulary import Vocabulary, VocabularyError
+from gait_tools.cli import vocabulary as command
+from gait_tools.gait_model import BankSpec, build_bank, render_silhouette
 from gait_tools.vocabulary_training import (
     Silhouette,
     VocabularySpec,
@@ -78,3 +82,52 @@ def test_a_missing_scikit_learn_is_named(
     monkeypatch.setitem(sys.modules, 'sklearn.cluster', None)
     with pytest.raises(VocabularyError, match='pip install scikit-learn'):
         learn_vocabulary(silhouettes, SPEC)
+
+
+QUICK = ['--words', '3', '--points', '500']
+
+
+def run(*arguments: str) -> None:
+    parser = argparse.ArgumentParser()
+    command.add_parser(parser.add_subparsers(dest='command'))
+    command.run(parser.parse_args(['vocabulary', *arguments]))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    made = tmp_path / 'walk'
+    made.mkdir()
+    for index in range(6):
+        mask = render_silhouette(index / 6, 0.0, 80)
+        cv2.imwrite(str(made / f'{index}.png'), mask)
+    return made
+
+
+@needs_sklearn
+def test_words_of_a_folder(
+    tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output, picture = tmp_path / 'words.json', tmp_path / 'words.png'
+    run(str(output), '--from', str(folder), '--picture', str(picture), *QUICK)
+    assert '3 words from 6 silhouettes (500 of ' in capsys.readouterr().out
+    made = Vocabulary.load(output)
+    assert made.words == 3
+    assert made.provenance['source'] == 'folders walk'
+    assert cv2.imread(str(picture)).shape == (384, 7 * 256, 3)
+    run(str(tmp_path / 'again.json'), '--from', str(folder), '--quiet', *QUICK)
+    assert capsys.readouterr().out == ''
+    assert (tmp_path / 'again.json').read_bytes() == output.read_bytes()
+
+
+def test_the_model_is_the_default(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = []
+
+    def learn(silhouettes: list, spec: object, source: str) -> Vocabulary:
+        seen.append((len(silhouettes), source))
+        return Vocabulary(np.ones(1), np.zeros((1, 4)), np.eye(4)[None], 0.35, 0.9, 0.67)
+
+    monkeypatch.setattr(command, 'learn_vocabulary', learn)
+    run(str(tmp_path / 'words.json'), '--quiet')
+    assert seen[0][0] >= 400
+    assert seen[0][1] == 'gait model'
+    assert Vocabulary.load(tmp_path / 'words.json').words == 1
