@@ -22,6 +22,7 @@ from gait_segmentation.ros import outputs
 from gait_segmentation.ros.diagnostics import missing_input
 from gait_segmentation.ros.endpoints import LATCHED
 from gait_segmentation.ros.messages import box_message, image_message
+from gait_segmentation.streams.fields import stamp_of
 from gait_segmentation.tracking import TrackingConfig
 from test.nodes.bench import Bench, frame, header
 
@@ -158,8 +159,9 @@ def test_services_reset_and_disable(bench: Bench) -> None:
     assert node.statistics.skipped == 0
 
 
-def test_compressed_images_are_tracked(bench: Bench) -> None:
-    bench.add(TrackerNode, image_transport='compressed', initial_box=BOX)
+def test_compressed_images_are_tracked_from_the_stamp_of_the_box_on(bench: Bench) -> None:
+    start = {'initial_box': BOX, 'initial_box_stamp': stamp_of(header(1))}
+    bench.add(TrackerNode, image_transport='compressed', **start)
     bench.record_outputs('person_0/box', 'person_0/likelihood')
     camera = bench.publisher(CompressedImage, 'image/compressed', 1)
     messages = []
@@ -170,7 +172,7 @@ def test_compressed_images_are_tracked(bench: Bench) -> None:
         messages.append(message)
     broken = CompressedImage(header=header(2), format='jpeg')
     bench.feed(camera, [*messages, broken])
-    assert boxes(bench) == [4, 4, 0]
+    assert boxes(bench) == [0, 4, 0]
     assert [m.header for m in bench.received['person_0/box']] == [header(i) for i in range(3)]
 
 
@@ -281,6 +283,8 @@ def test_heat_maps_start_tracks(bench: Bench) -> None:
         bench.feed(camera, [frame(index)])
     assert boxes(bench)[-1] == 4
     assert node.status()['heat map'] == 'in use'
+    bench.feed(camera, [frame(60)])
+    assert node.status()['heat map'] == 'none'
 
 
 def test_somebody_lost_keeps_the_id_and_has_no_box(bench: Bench) -> None:
