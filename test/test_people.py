@@ -17,12 +17,6 @@ def test_results_come_in_the_order_of_the_tasks(threads: int) -> None:
     assert crew.run([]) == []
 
 
-def test_tasks_run_at_the_same_time() -> None:
-    meeting = threading.Barrier(2, timeout=300)
-    places = Crew(2).run([meeting.wait, meeting.wait])
-    assert sorted(places) == [0, 1]
-
-
 def test_the_first_error_is_raised_when_all_tasks_are_done() -> None:
     done, failed = [], threading.Event()
 
@@ -39,3 +33,9 @@ def test_the_first_error_is_raised_when_all_tasks_are_done() -> None:
     with pytest.raises(ValueError, match='first'):
         Crew(2).run(tasks)
     assert done == [1]
+
+
+def test_tasks_run_at_the_same_time() -> None:
+    meeting = threading.Barrier(2, timeout=300)
+    places = Crew(2).run([meeting.wait, meeting.wait])
+    assert sorted(places) == [0, 1]

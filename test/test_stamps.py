@@ -71,20 +71,6 @@ def test_stamps_must_be_positive_integers(stamp: object, said: str) -> None:
         check_later(7, 7)
 
 
-def test_results_take_their_frames_and_pass_over_those_without() -> None:
-    held: HeldFrames[str] = HeldFrames()
-    for stamp_ns, frame in enumerate('abcd'):
-        held.hold(stamp_ns, frame)
-    assert (held.take(0), held.take(2), len(held)) == ('a', 'c', 1)
-    with pytest.raises(IndexError):
-        held.take(1)
-    assert len(held) == 0
-    held.hold(5, 'a')
-    held.clear()
-    held.hold(3, 'b')
-    assert held.take(3) == 'b'
-
-
 def test_frames_are_answered_in_order_also_those_passed_over() -> None:
     held: HeldFrames[str] = HeldFrames()
     for stamp_ns, frame in enumerate('abcd'):

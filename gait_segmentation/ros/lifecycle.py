@@ -162,12 +162,12 @@ class GaitNode(LifecycleNode):
         self.join = ExactJoin(stages, room) if self.topics else None
         for topics in self.topics.values():
             for topic, kind in topics.items():
-                subscribe(self, kind, topic, partial(self._part, topic))
+                subscribe(self, kind, topic, partial(self.receive, topic))
         if sees:
             kind, self.camera_topic, profile = camera_input(
                 self, self.parameters.get(CameraConfig)
             )
-            subscribe(self, kind, self.camera_topic, partial(self._part, 'image'), profile)
+            subscribe(self, kind, self.camera_topic, partial(self.receive, 'image'), profile)
 
     def forget(self) -> None:
         """Forget everybody, and what is held back (worker)."""
@@ -245,6 +245,10 @@ class GaitNode(LifecycleNode):
         """Have something done by the worker before the next frame; see :meth:`Backlog.call`."""
         return self._worker.backlog.call(call, kind, most) if self._worker is not None else 0
 
+    def drain(self, timeout_s: float) -> bool:
+        """Wait until the worker has done what it was given; return whether it has."""
+        return self._worker is None or self._worker.backlog.drain(timeout_s)
+
     # Life cycle.
 
     def start(self) -> bool:
@@ -308,7 +312,7 @@ class GaitNode(LifecycleNode):
 
     # Frames.
 
-    def _part(self, part: str, message: Any) -> None:
+    def receive(self, part: str, message: Any) -> None:
         """Take in a message of a topic, and hand its frame over if it is complete with it."""
         stamp_ns = stamp_of(message.header)
         if stamp_ns <= 0:

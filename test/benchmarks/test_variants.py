@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from benchmarks.variants import CAMERAS, KINDS, write_variant
-from gait_segmentation.errors import SequenceError
 from gait_tools.evaluation.sequence import Sequence
 
 WALKER = Path(__file__).parents[2] / 'examples/walker'
@@ -50,8 +49,3 @@ def test_maps_show_where_somebody_is(tmp_path: Path) -> None:
     assert 0.02 < (values['map'][person] < 60).mean() < 0.2
     assert np.array_equal(values['map-inverted'], 255 - values['map'])
     assert np.array_equal(values['map-mirrored'], values['map'][:, ::-1])
-
-
-def test_maps_that_are_not_there_are_an_error(tmp_path: Path) -> None:
-    with pytest.raises(SequenceError, match='has no network to make heat maps of'):
-        write_variant(walker(), 'map', tmp_path / 'made', 'network')

@@ -10,8 +10,11 @@ from unittest.mock import Mock
 
 import pytest
 
+from gait_segmentation import kernels as module
+from gait_segmentation.cli import warm_up as command
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.kernels import kernel
 
 ROOT = Path(__file__).parents[2]
 
@@ -31,13 +34,12 @@ def test_errors_are_one_line(error: BaseException, code: int, text: str, capsys)
     assert capsys.readouterr().err == text
 
 
-@pytest.mark.parametrize('letters', [1, 200_000])
-def test_a_reader_that_leaves_is_no_error(letters: int) -> None:
-    """Also of what is written at the end only."""
+def test_a_reader_that_leaves_is_no_error() -> None:
+    # So little that it is written at the end only.
     script = (
         'import sys; from gait_segmentation.cli.tool import run_tool\n'
         'print("begun", flush=True), sys.stdin.read()\n'
-        f'sys.exit(run_tool("tool", lambda: print("x" * {letters})))'
+        'sys.exit(run_tool("tool", lambda: print("x")))'
     )
     pipe = subprocess.PIPE
     with subprocess.Popen(
@@ -60,7 +62,7 @@ def test_a_reader_that_leaves_is_no_error(letters: int) -> None:
 
 @pytest.mark.parametrize(
     'work',
-    ['print("x")', 'print("x" * 200_000)', 'argparse.ArgumentParser().parse_args(["--help"])'],
+    ['print("x")', 'argparse.ArgumentParser().parse_args(["--help"])'],
 )
 def test_a_full_disk_under_the_output_is_said_in_one_line(work: str) -> None:
     script = (
@@ -78,3 +80,24 @@ def test_a_full_disk_under_the_output_is_said_in_one_line(work: str) -> None:
         )
     assert done.returncode == 2
     assert done.stderr == b'tool: error: No space left on device\n'
+
+
+def test_when_all_is_compiled_there_is_nothing_to_do(capsys) -> None:
+    assert command.main([]) == 0
+    capsys.readouterr()
+    assert command.main([]) == 0
+    assert capsys.readouterr().out == "nothing to do: all kernels are in Numba's cache\n"
+
+
+def test_what_is_compiled_is_counted(monkeypatch: pytest.MonkeyPatch, tmp_path, capsys) -> None:
+    for name in ('_declared', '_ready'):
+        monkeypatch.setattr(module, name, [])
+    monkeypatch.setattr(module, '_PACKAGE', 'test')
+    monkeypatch.setattr('numba.core.config.CACHE_DIR', str(tmp_path))
+
+    @kernel('i8', 'f8')
+    def made_up(number: int) -> int:
+        return number + 1
+
+    assert command.main([]) == 0
+    assert capsys.readouterr().out == 'kernels compiled, and kept for the next start: 2\n'

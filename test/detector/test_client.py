@@ -65,13 +65,6 @@ def test_without_a_network_it_is_said_what_helps(tmp_path: Path, mediapipe: str)
     assert '-m pip install mediapipe==0.10.14' in str(raised.value)
 
 
-def test_what_is_no_python_is_said(tmp_path: Path) -> None:
-    (tmp_path / 'python').write_text('no program')
-    (tmp_path / 'python').chmod(0o755)
-    with pytest.raises(DetectorError, match='cannot be run'):
-        Detector(str(tmp_path / 'python')).start()
-
-
 def test_the_python_is_the_one_asked_for_or_has_mediapipe(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setenv('XDG_DATA_HOME', str(tmp_path))
     monkeypatch.delenv(PYTHON, raising=False)

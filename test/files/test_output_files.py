@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import resource
+import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,7 +12,9 @@ from pathlib import Path
 import pytest
 
 from gait_segmentation.errors import ConfigError
+from gait_segmentation.files.installed import prepare, shared_file
 from gait_segmentation.files.output_files import keep_apart, named, problem_of, write_file
+from gait_segmentation.files.reading import read_yaml
 
 
 @contextmanager
@@ -48,10 +51,10 @@ def test_an_output_that_would_change_an_input_is_refused(
 
 
 def test_errors_get_the_name_of_their_file_unless_they_have_one() -> None:
-    with pytest.raises(OSError, match='full') as caught, named('a.csv'):
+    with pytest.raises(OSError) as caught, named('a.csv'):
         raise OSError(28, 'full')
     assert problem_of(caught.value) == 'a.csv: full'
-    with pytest.raises(OSError, match='full') as caught, named('a.csv'):
+    with pytest.raises(OSError) as caught, named('a.csv'):
         raise OSError(28, 'full', 'b.csv')
     assert problem_of(caught.value) == 'b.csv: full'
 
@@ -64,3 +67,65 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     assert caught.value.filename == str(path)
     assert path.read_bytes() == b'before'
     assert os.listdir(tmp_path) == ['scores.json']
+
+
+def test_yaml_is_read(tmp_path: Path) -> None:
+    path = tmp_path / 'a.yaml'
+    path.write_text('a: {b: [1, 2.5, yes]}\n')
+    assert read_yaml(path, ConfigError) == {'a': {'b': [1, 2.5, True]}}
+
+
+@pytest.mark.parametrize(
+    'data',
+    [
+        b'a: b: c',
+        b'a: 2001-99-99',
+        b'a: !!python/object:os.system x',
+        b'\x00',
+        b'\xff\xfe\x00',
+        None,
+    ],
+)
+def test_what_is_wrong_with_yaml_is_one_line(tmp_path: Path, data: bytes | None) -> None:
+    path = tmp_path / 'a.yaml'
+    if data is not None:
+        path.write_bytes(data)
+    with pytest.raises(ConfigError) as caught:
+        read_yaml(path, ConfigError)
+    assert str(caught.value).startswith(f'{path} ')
+    assert '\n' not in str(caught.value)
+
+
+PROFILE = 'config/fastdds_shm.xml'
+
+
+def test_files_are_found_in_an_ament_prefix_or_the_source_tree(tmp_path, monkeypatch) -> None:
+    monkeypatch.delenv('AMENT_PREFIX_PATH', raising=False)
+    root = ElementTree.parse(shared_file(PROFILE)).getroot()
+
+    def values(tag: str) -> list[str]:
+        return [str(each.text) for each in root.iter() if each.tag.rpartition('}')[2] == tag]
+
+    # A segment for large images, and other machines are reached by UDP.
+    assert values('segment_size') == [str(1 << 24)]
+    assert values('type') == ['SHM', 'UDPv4']
+    assert {*values('transport_id')[2:]} == {*values('transport_id')[:2]}
+    file = tmp_path / 'share/gait_segmentation' / PROFILE
+    file.parent.mkdir(parents=True)
+    file.touch()
+    monkeypatch.setenv('AMENT_PREFIX_PATH', f'/nowhere:{tmp_path}')
+    assert shared_file(PROFILE) == file
+    with pytest.raises(ConfigError, match=r'no\.such'):
+        shared_file('no.such')
+
+
+def test_what_is_set_is_kept() -> None:
+    environment = {'FASTDDS_DEFAULT_PROFILES_FILE': '/mine.xml', 'MALLOC_ARENA_MAX': '2'}
+    prepare(environment)
+    assert environment['MALLOC_ARENA_MAX'] == '2'
+    assert environment['FASTDDS_DEFAULT_PROFILES_FILE'] == '/mine.xml'
+    assert 'FASTRTPS_DEFAULT_PROFILES_FILE' not in environment
+    environment = {}
+    prepare(environment)
+    assert environment['FASTDDS_DEFAULT_PROFILES_FILE'].endswith(PROFILE)
+    assert 'MALLOC_TRIM_THRESHOLD_' in environment

@@ -54,21 +54,12 @@ def write_bag2(
     path: Path,
     topics: dict[str, list[Any]],
     plugin: StoragePlugin = StoragePlugin.MCAP,
+    mode: CompressionMode | None = None,
 ) -> Path:
     """Write messages by topic, in the order of their index."""
-    with Writer2(path, version=9, storage_plugin=plugin) as writer:
-        _write(writer, topics, ROS2.serialize_cdr, ROS2)
-    return path
-
-
-def write_compressed_bag2(
-    path: Path,
-    topics: dict[str, list[Any]],
-    mode: CompressionMode = CompressionMode.STORAGE,
-    plugin: StoragePlugin = StoragePlugin.MCAP,
-) -> Path:
     writer = Writer2(path, version=9, storage_plugin=plugin)
-    writer.set_compression(mode, CompressionFormat.ZSTD)
+    if mode is not None:
+        writer.set_compression(mode, CompressionFormat.ZSTD)
     with writer:
         _write(writer, topics, ROS2.serialize_cdr, ROS2)
     return path

@@ -43,13 +43,6 @@ def greys(source: ImageSource) -> list[int]:
     return [int(image[20, 20, 0]) // 50 for image in source.images()]
 
 
-def test_a_folder_is_read_as_often_as_one_likes(folder: Path) -> None:
-    source = open_input(str(folder))
-    assert (source.size, source.scale, source.fps) == ((60, 40), 1.0, 30.0)
-    assert greys(source) == greys(source) == [0, 1, 2, 3, 4]
-    assert greys(open_input(folder / '3.png')) == [3]
-
-
 def test_a_folder_with_metadata_of_its_own_is_one_of_images_and_what_is_skipped_is_named(
     folder: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -79,9 +72,7 @@ def test_frames_are_scaled_down_and_never_up_or_to_nothing(folder: Path, tmp_pat
     assert open_input(tmp_path / '1.png', width=9).size == (9, 1)
 
 
-@pytest.mark.parametrize(
-    'name', ['2024-05-01T12:30:05.mp4', 'walk%03d.mp4', '-walk.mp4', 'ä 走.mp4']
-)
+@pytest.mark.parametrize('name', ['2024-05-01T12:30:05.mp4', 'walk%03d.mp4', '-ä 走.mp4'])
 def test_the_name_of_a_film_is_but_a_name(name: str, film: Path, monkeypatch) -> None:
     monkeypatch.chdir(film.parent)
     film.rename(name)
@@ -136,16 +127,6 @@ def test_a_film_of_a_telephone_is_upright(degrees: int, tmp_path: Path) -> None:
             assert np.abs(image.astype(int) - scaled).mean() < 10
 
 
-@pytest.mark.parametrize(('rotate', 'corner'), [(90, (0, 3)), (180, (3, 5)), (270, (5, 0))])
-def test_frames_are_turned_clockwise(rotate: int, corner: tuple[int, int], tmp_path: Path) -> None:
-    picture = np.zeros((4, 6, 3), np.uint8)
-    picture[0, 0] = 255
-    cv2.imwrite(str(tmp_path / '0.png'), picture)
-    (image,) = open_input(tmp_path, rotate=rotate).images()
-    assert image[corner].all()
-    assert image.sum() == 3 * 255
-
-
 def test_the_number_of_frames_that_a_film_claims_is_a_hint(tmp_path: Path) -> None:
     path = write_film(tmp_path / 'film.avi', b'MJPG', 40)
     whole = path.read_bytes()
@@ -160,13 +141,9 @@ def test_the_number_of_frames_that_a_film_claims_is_a_hint(tmp_path: Path) -> No
     [
         ({'start': -1}, 'start must be from 0 to'),
         ({'start': 9}, 'has no frame 9'),
-        ({'count': 0}, 'count must be from 1 to'),
         ({'width': 10**9}, 'width must be from 0 to 65536'),
-        ({'max_pixels': 0}, 'max_pixels must be from 1 to'),
         ({'max_pixels': 2399}, 'at most 2399 pixels'),
-        ({'sample_bits': 7}, 'sample_bits must be from 8 to 16'),
         ({'rotate': 45}, 'rotate must be 0, 90, 180 or 270'),
-        ({'rate': 1e-3}, 'rate must be 0, or from 0'),
         ({'rate': float('nan')}, 'rate must be 0, or from 0'),
         ({'topic': '/image'}, 'leave out --topic'),
     ],
@@ -181,9 +158,7 @@ def test_what_is_asked_for_and_cannot_be_is_refused(folder: Path, given: dict, s
     [
         ('nowhere', 'does not exist'),
         ('rtsp://10.0.0.1/x', 'is an address'),
-        ('https://a.org/walk.mp4', 'is an address'),
         ('0', 'is a camera'),
-        ('/dev/null', 'is a camera'),
         ('notes.txt', 'cannot be read as a film'),
         ('empty', 'holds no images'),
         ('cut.mp4', 'the recording was cut off before it was finished'),
@@ -203,9 +178,6 @@ def test_what_is_no_input_is_refused(
     unknown.write_bytes(unknown.read_bytes().replace(b'MJPG', b'VP90'))
     with pytest.raises(SequenceError, match=said):
         open_input(Path(name))
-    if name == 'notes.txt':
-        with pytest.raises(SequenceError, match='at most 9 pixels'):
-            open_input(film, max_pixels=9)
 
 
 def test_an_image_that_cannot_be_read_is_one_frame_less(folder: Path) -> None:

@@ -78,32 +78,29 @@ def test_three_nodes_are_started_by_default() -> None:
     assert names(started(image='/camera/image_raw', namespace='robot')) == SPLIT
 
 
-def test_one_node_is_started_if_asked_for() -> None:
-    assert names(started(style='single', max_people='3')) == ['gait_pipeline']
-
-
 def test_a_box_is_numbers() -> None:
     assert names(started(initial_box='[1, 2, 30.5, 40]')) == SPLIT
-    with pytest.raises(ValueError, match=r'initial_box:=\[left, top\] must be 4 numbers'):
-        started(initial_box='[left, top]')
-    with pytest.raises(ValueError, match='initial_box:=1, 2, 3 must be 4 numbers'):
-        started(initial_box='1, 2, 3')
 
 
-def test_other_arguments_that_cannot_be_used_are_refused() -> None:
-    with pytest.raises(ValueError, match='max_people:=two must be a number'):
-        started(max_people='two')
-    with pytest.raises(ValueError, match=r'params_file:=nowhere\.yaml is no file'):
-        started(params_file='nowhere.yaml')
+@pytest.mark.parametrize(
+    ('name', 'value', 'reason'),
+    [
+        ('initial_box', '[left, top]', 'must be 4 numbers'),
+        ('initial_box', '1, 2, 3', 'must be 4 numbers'),
+        ('max_people', 'two', 'must be a number'),
+        ('params_file', 'nowhere.yaml', 'is no file'),
+    ],
+)
+def test_arguments_that_cannot_be_used_are_refused(name: str, value: str, reason: str) -> None:
+    with pytest.raises(ValueError) as caught:
+        started(**{name: value})
+    assert f'{name}:={value} {reason}' in str(caught.value)
 
 
 @pytest.mark.parametrize(
     ('wrong', 'meant'),
     [
         ('max_poeple', 'max_people'),
-        ('imag', 'image'),
-        ('images', 'image'),
-        ('camera_inf', 'camera_info'),
         ('use_simtime', 'use_sim_time'),
     ],
 )
@@ -121,7 +118,7 @@ def test_a_misspelt_argument_is_a_warning_with_the_one_that_is_meant(
     assert said == [f'there is no argument {wrong}: did you mean {meant}?']
 
 
-@pytest.mark.parametrize(('code', 'expected'), [(0, 0), (1, 1), (2, 1), (-9, 1)])
+@pytest.mark.parametrize(('code', 'expected'), [(0, 0), (1, 1), (-9, 1)])
 def test_the_exit_code_says_whether_the_input_was_played(code: int, expected: int) -> None:
     flow_out = runpy.run_path(str(REPLAY))['_flow_out']
     flow_out.__globals__['FLOW_OUT_S'] = 0.0

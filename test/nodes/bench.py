@@ -104,28 +104,34 @@ class Bench:
         return node
 
     def record(self, kind: Any, topic: str, profile: QoSProfile = DEEP) -> list[Any]:
-        """Record a topic."""
+        """Record a topic, to which whoever publishes it is connected."""
         kept = self.received.setdefault(topic, [])
         self.probe.create_subscription(kind, topic, kept.append, profile)
         self.until(lambda: self.probe.count_publishers(topic) > 0, f'publisher of {topic}')
+        for made in (each for node in self.nodes for each in node.publishers):
+            if made.topic_name.lstrip('/') == topic.lstrip('/'):
+                self.until(
+                    lambda p=made: p.get_subscription_count() >= self.readers(p),
+                    f'readers of {topic}',
+                )
         return kept
 
     def record_outputs(self, *topics: str) -> None:
         """Record some outputs, all if none is named."""
         for topic in topics or OUTPUTS:
             self.record(OUTPUTS[topic], topic)
-        for node in self.nodes:
-            for publisher in node.outputs:
-                name = publisher.topic_name.lstrip('/')
-                if name in self.received:
-                    self.until(
-                        lambda p=publisher: p.get_subscription_count() >= self.readers(p),
-                        f'readers of {name}',
-                    )
 
     def readers(self, publisher: Any) -> int:
         """Return the number of readers that a publisher is to have."""
         return len(self.probe.get_subscriptions_info_by_topic(publisher.topic_name))
+
+    def call(self, kind: Any, name: str, request: Any) -> Any:
+        """Call a service and return the answer."""
+        client = self.probe.create_client(kind, name)
+        self.until(client.service_is_ready, name)
+        asked = client.call_async(request)
+        self.until(asked.done, f'the answer of {name}')
+        return asked.result()
 
     def publisher(self, kind: Any, topic: str, readers: int, profile: QoSProfile = DEEP) -> Any:
         """Return a publisher that is connected to a number of readers."""
@@ -147,8 +153,7 @@ class Bench:
         while quiet < 2:
             assert time.monotonic() < deadline, 'it never became quiet'
             for node in self.nodes:
-                if node._worker is not None:
-                    assert node._worker.backlog.drain(TIMEOUT_S)
+                assert node.drain(TIMEOUT_S)
             # What workers publish is ready at once: within a process it takes no time.
             quiet = 0 if self._call_one() else quiet + 1
 

@@ -10,16 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from rclpy.qos import QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import CameraInfo, Image, JointState, RegionOfInterest
+from sensor_msgs.msg import CameraInfo, Image, JointState
 from visualization_msgs.msg import ImageMarker, Marker, MarkerArray
 
-from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.localization import read_camera
 from gait_segmentation.nodes.localizer_node import LocalizerNode
+from gait_segmentation.ros.endpoints import BEST_EFFORT
 from gait_segmentation.ros.messages import box_message, image_message
 from test.nodes.bench import Bench, header
 
@@ -56,24 +53,13 @@ class Places:
     def __init__(self, bench: Bench, about: CameraInfo | None = None, **parameters: Any) -> None:
         self.bench = bench
         self.node = bench.add(LocalizerNode, **parameters)
-        if about is not None:
-            self.node._calibrated(about)
+        # What offers the least.
+        self.camera = bench.publisher(CameraInfo, 'camera_info', 1, BEST_EFFORT)
+        self.depth = bench.publisher(Image, 'depth', 1)
         for topic, kind in OUTPUTS.items():
             bench.record(kind, topic)
-        for each in self.node.outputs:
-            if each.topic_name.lstrip('/') in OUTPUTS:
-                bench.until(lambda p=each: p.get_subscription_count() > 0, each.topic_name)
-
-    def told(self) -> tuple[bytes, str, dict[str, str]]:
-        """Return what the diagnostics say: the level, the message and all values."""
-        told = self.bench.received.setdefault('/diagnostics', [])
-        if not told:
-            self.bench.record(DiagnosticArray, '/diagnostics')
-        self.node._diagnostics.report()
-        count = len(told)
-        self.bench.until(lambda: len(told) > count, 'diagnostics')
-        (status,) = told[-1].status
-        return status.level, status.message, {each.key: each.value for each in status.values}
+        if about is not None:
+            self.camera.publish(about)
 
     def show(
         self,
@@ -84,6 +70,8 @@ class Places:
     ) -> dict:
         """Hand over somebody who crosses 4 m away; return what comes."""
         before = {topic: len(self.bench.received[topic]) for topic in OUTPUTS}
+        # What was published before comes in.
+        self.bench.settle()
         about = header(index)
         # Soles 1 m below the camera, in the middle at the frame 0, 1.2 m/s to the right.
         x = 80 + 40 * 0.04 * index
@@ -93,9 +81,9 @@ class Places:
         gait = JointState(header=about, name=['gait_phase', 'view_azimuth'], position=[0.0, 0.0])
         gait.velocity, gait.effort = [2 * np.pi * 0.8, 0.0], [1.0, 0.9]
         corners = body.corners(0.3 * body.height) if track_id else ()
-        self.node._part('person_0/matched_box', box_message(corners, track_id, about))
-        self.node._part('person_0/gait', gait if track_id else JointState(header=about))
-        self.node._part('person_0/mask', image_message(mask, about))
+        self.node.receive('person_0/matched_box', box_message(corners, track_id, about))
+        self.node.receive('person_0/gait', gait if track_id else JointState(header=about))
+        self.node.receive('person_0/mask', image_message(mask, about))
         self.bench.settle()
         return {topic: self.bench.received[topic][count:] for topic, count in before.items()}
 
@@ -103,7 +91,7 @@ class Places:
 def test_somebody_is_where_depth_says_and_walks_as_seen(bench: Bench) -> None:
     places = Places(bench, info())
     for index in range(40):
-        places.node._depths.append(depth(index))
+        places.depth.publish(depth(index))
         new = places.show(index)
         for topic in ('person_0/pose', 'person_0/walk', 'boxes'):
             (message,) = new[topic]
@@ -135,139 +123,47 @@ def test_nobody_has_no_pose_and_old_markers_go(bench: Bench) -> None:
     assert new['boxes'][0].action == ImageMarker.REMOVE
 
 
-NOWHERE = {
-    'no camera_info': (None, {}, None, 'nothing came on /camera_info so far'),
-    'size': (info(width=320, height=240), {}, None, 'of images of 320 x 240, but'),
-    'no calibration': (info(k=[0.0] * 9), {}, None, 'the camera is not calibrated'),
-    'model': (info(distortion_model='equidistant', d=[0.1] * 4), {}, None, "got 'equidistant'"),
-    'depth size': (info(), {'width': 80, 'step': 160}, None, 'image, 160 x 120, got 80'),
-    'frame': (info(), {'header': header(0)}, None, "its frame_id is 'depth', the image's 'head"),
-    'encoding': (info(), {'encoding': 'rgb8'}, None, "16UC1, mono16, 32FC1, got 'rgb8'"),
-    'short': (
-        info(),
-        {'data': b'123'},
-        None,
-        'at least 38400 bytes for 160 x 120 pixels of',
-    ),
-    'late': (info(), {'header': header(9)}, None, 'the nearest of the last is 0.300 s apart'),
-    'depth zero': (info(), {'data': bytes(2 * SIZE[0] * SIZE[1])}, None, 'no depth on the body'),
-    'huge box': (info(), {}, BodyFrame(1e37, 1e37, 1e38), 'body must be finite, at most'),
-}
-NOWHERE['frame'][1]['header'].frame_id = 'depth'
+def elsewhere(frame_id: str) -> Any:
+    made = header(15)
+    made.frame_id = frame_id
+    return made
 
 
-@pytest.mark.parametrize('name', NOWHERE)
-def test_boxes_go_on_and_it_is_said_once_why_nobody_is_located(
-    bench: Bench, name: str, capfd
-) -> None:
-    about, changes, body, why = NOWHERE[name]
-    places = Places(bench, about)
-    places.node._depths.append(depth(0, **changes))
-    for index in range(3):
-        new = places.show(index, body=body)
+NOWHERE = [
+    (None, None, None, 'nothing came on /camera_info so far'),
+    (info(), None, None, 'nothing came on /depth so far, and where the ground is'),
+    (info(width=320, height=240), {}, None, 'of images of 320 x 240, but'),
+    (info(distortion_model='equidistant', d=[0.1] * 4), {}, None, "got 'equidistant'"),
+    (info(), {'width': 80, 'step': 160}, None, 'image, 160 x 120, got 80'),
+    (info(), {'header': elsewhere('depth')}, None, "its frame_id is 'depth', the image's 'head"),
+    (info(), {'encoding': 'rgb8'}, None, "16UC1, mono16, 32FC1, got 'rgb8'"),
+    (info(), {'header': header(60)}, None, 'the nearest of the last is 0.'),
+    (info(), {'data': bytes(2 * SIZE[0] * SIZE[1])}, None, 'no depth on the body'),
+    (info(), {}, BodyFrame(1e37, 1e37, 1e38), 'body must be finite, at most'),
+]
+
+
+def test_boxes_go_on_and_it_is_said_why_nobody_is_located(bench: Bench, capfd) -> None:
+    places = Places(bench)
+    for step, (about, changes, body, why) in enumerate(NOWHERE):
+        if about is not None:
+            places.camera.publish(about)
+        if changes is not None:
+            places.depth.publish(depth(3 * step, **changes))
+        new = places.show(3 * step, body=body)
         assert new['person_0/pose'] == []
         assert len(new['boxes'][0].points) == 8
-        if not index:
-            level, message, values = places.told()
-            assert level == DiagnosticStatus.WARN
-            assert message.startswith('located: 0 of 1, ')
-            assert why in message
-            assert why in values['located']
-            assert values['location errors'] == '0'
-    assert capfd.readouterr().err.count(why) == 1
-    assert places.node.statistics.failed == 0
+        trouble = places.node.trouble()
+        assert trouble.startswith('located: 0 of 1, ')
+        assert why in trouble
+        assert why in places.node.status()['located']
+    # Once in so short a time.
+    assert capfd.readouterr().err.count('located: ') == 1
+    assert (places.node.statistics.failed, places.node.status()['location errors']) == (0, '0')
     # As soon as all is well, it is said so.
-    places.node._calibrated(info())
-    places.node._depths.append(depth(3))
-    assert len(places.show(3)['person_0/pose']) == 1
-    level, _, values = places.told()
-    assert (level, values['located']) == (DiagnosticStatus.OK, '1 of 1')
-
-
-def region(*corner_and_size: int) -> RegionOfInterest:
-    x, y, width, height = corner_and_size
-    return RegionOfInterest(x_offset=x, y_offset=y, width=width, height=height)
-
-
-SENSOR = {'width': 640, 'height': 480}
-PARTS = {
-    'binning': (2, 2, None, (159.5, 119.5), FOCAL * 2, {'width': 320, 'height': 240}),
-    'coarser binning': (4, 4, None, (319.5, 239.5), FOCAL * 4, SENSOR),
-    'binning of a region': (2, 2, region(100, 60, 320, 240), (259.5, 179.5), FOCAL * 2, SENSOR),
-    'region': (0, 0, region(240, 180, 160, 120), (319.5, 239.5), FOCAL, SENSOR),
-    'region, binning 1': (1, 1, region(240, 180, 160, 120), (319.5, 239.5), FOCAL, SENSOR),
-    'of the images already': (2, 2, None, (79.5, 59.5), FOCAL, {}),
-}
-
-
-@pytest.mark.parametrize('rectified', [False, True])
-@pytest.mark.parametrize('name', PARTS)
-def test_binning_and_region_of_the_sensor_change_the_calibration(
-    name: str, rectified: bool
-) -> None:
-    across, down, roi, (cx, cy), focal, size = PARTS[name]
-    about = info(
-        k=[focal, 0.0, cx, 0.0, focal, cy, 0.0, 0.0, 1.0],
-        p=[focal, 0.0, cx, 0.0, 0.0, focal, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
-        binning_x=across,
-        binning_y=down,
-        roi=roi or RegionOfInterest(),
-        **size,
-    )
-    camera = read_camera(about, rectified, SIZE[::-1])
-    camera.check_size(SIZE[::-1])
-    assert (camera.fx, camera.fy) == (FOCAL, FOCAL)
-    assert (camera.cx, camera.cy) == pytest.approx((79.5, 59.5), abs=0.51)
-
-
-@pytest.mark.parametrize(
-    'change',
-    [
-        {'roi': region(600, 0, 160, 120)},
-        {'roi': region(0, 0, 2**32 - 1, 2**32 - 1)},
-        {'roi': region(0, 0, 160, 0)},
-        {'binning_x': 2**32 - 1},
-    ],
-)
-def test_a_part_that_is_none_of_the_sensor_is_refused(change: dict) -> None:
-    with pytest.raises(InputError, match='must leave a part of 640 x 480, got'):
-        read_camera(info(**SENSOR, **change), shape=SIZE[::-1])
-
-
-@pytest.mark.parametrize(
-    'reliability', [ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT]
-)
-def test_camera_info_is_taken_as_it_is_offered(
-    bench: Bench, reliability: ReliabilityPolicy
-) -> None:
-    places = Places(bench)
-    profile = QoSProfile(depth=1, reliability=reliability)
-    offered = bench.publisher(CameraInfo, 'camera_info', 1, profile)
-
-    def known() -> bool:
-        offered.publish(info())
-        return places.node._info is not None
-
-    bench.until(known, 'camera_info')
-    assert places.node.statistics.lost == 0
-    assert places.node.trigger_deactivate() == places.node.trigger_activate()
-
-
-def test_without_depth_and_ground_it_is_said_what_is_missing(bench: Bench, capfd) -> None:
-    places = Places(bench, info())
-    assert places.show(0)['person_0/pose'] == []
-    said = capfd.readouterr().err
-    assert 'located: 0 of 1, nothing came on /depth so far, and where the ground is' in said
-
-
-def test_float_depth_of_the_other_byte_order_is_metres(bench: Bench) -> None:
-    places = Places(bench, info())
-    values = np.full(SIZE[::-1], AWAY_M, '>f4')
-    values[::2] = np.nan
-    big = {'encoding': '32FC1', 'is_bigendian': 1, 'step': 4 * SIZE[0], 'data': values.tobytes()}
-    places.node._depths.append(depth(0, **big))
-    (pose,) = places.show(0)['person_0/pose']
-    assert pose.pose.pose.position.z == pytest.approx(AWAY_M + 0.14, abs=0.01)
+    places.depth.publish(depth(30))
+    assert len(places.show(30)['person_0/pose']) == 1
+    assert (places.node.trouble(), places.node.status()['located']) == ('', '1 of 1')
 
 
 def test_a_rectified_image_has_the_camera_of_p(bench: Bench) -> None:

@@ -11,8 +11,6 @@ from rcl_interfaces.msg import ParameterType
 from rclpy.parameter import Parameter
 
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.geometry import Box
-from gait_segmentation.nodes.pipeline_node import PipelineNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.people import PeopleConfig
@@ -63,27 +61,24 @@ def test_integers_given_to_numbers_become_numbers(bench: Bench) -> None:
     ('name', 'value', 'reason'),
     [
         ('max_people', 17, 'max_people must be an integer from 1 to 16, got 17'),
-        ('tracking.colour_floor', 'none', 'tracking: colour_floor must be'),
-        ('initial_box', 5, 'initial_box must be 4 finite numbers, got 5'),
-        ('initial_box', [1, 2, 3], r'must be 4 finite numbers, got \[1.0, 2.0, 3.0\]'),
-        ('initial_box', [True] * 4, 'must be 4 finite numbers, got'),
+        ('initial_box', [1, 2, 3], 'must be 4 finite numbers, got [1.0, 2.0, 3.0]'),
         ('initial_box', [1.0, 2.0, 3.0, -4.0], 'initial_box: '),
     ],
 )
 def test_first_values_that_are_not_allowed_are_refused(
     bench: Bench, name: str, value: Any, reason: str
 ) -> None:
-    with pytest.raises(ConfigError, match=reason):
+    with pytest.raises(ConfigError) as caught:
         bench.add(TrackerNode, start=False, **{name: value})
+    assert reason in str(caught.value)
 
 
 def test_off_which_yaml_reads_as_false_switches_the_search_for_walkers_off(bench: Bench) -> None:
-    nodes = [bench.add(TrackerNode, start=False, **{'starting.auto_init': False})]
-    nodes.append(bench.add(PipelineNode, start=False))
-    assert put(nodes[1], 'starting.auto_init', False) == ''
-    for node in nodes:
+    node = bench.add(TrackerNode, start=False, **{'starting.auto_init': False})
+    for _ in range(2):
         assert shown(node, 'starting.auto_init') == (ParameterType.PARAMETER_STRING, 'none')
         assert node.parameters.get(StartingConfig).auto_init == 'none'
+        assert put(node, 'starting.auto_init', False) == ''
 
 
 def test_what_is_fixed_can_be_changed_while_the_node_is_unconfigured(bench: Bench) -> None:
@@ -106,7 +101,6 @@ def test_what_is_fixed_can_be_changed_while_the_node_is_unconfigured(bench: Benc
     assert '/person_2/box' in topics
     assert '/person_3/box' not in topics
     assert node.camera_topic == '/image/compressed'
-    assert node.intake._initial_box == Box(30.0, 20.0, 24.0, 80.0)
 
 
 def test_what_is_read_when_a_node_starts_stays(bench: Bench) -> None:

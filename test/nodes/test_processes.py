@@ -57,8 +57,11 @@ def finish(process: subprocess.Popen[str], code: int = 0) -> str:
     return output
 
 
-@pytest.mark.parametrize('example', [False, True], ids=['node', 'example of two in a process'])
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    ('example', 'number'),
+    [(False, signal.SIGINT), (True, signal.SIGTERM)],
+    ids=['node', 'example of two in a process'],
+)
 def test_a_node_ends_cleanly(
     bench: Bench, start: Start, bank_file: Path, tmp_path: Path, number, example: bool
 ) -> None:

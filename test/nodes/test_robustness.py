@@ -26,14 +26,13 @@ from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.ros import lifecycle
 from gait_segmentation.ros.diagnostics import missing_input
-from gait_segmentation.ros.endpoints import LATCHED
-from gait_segmentation.ros.messages import box_message, image_message
+from gait_segmentation.ros.messages import image_message
 from test.nodes.bench import DEEP, Bench, frame, header
 from test.walkers import box_of, clip
 
 BOX = [30.0, 20.0, 24.0, 80.0]
-LOOPS = 3
-CYCLES = 50
+LOOPS = 2
+CYCLES = 20
 
 
 @pytest.fixture
@@ -51,7 +50,7 @@ def open_files() -> int:
     return len(os.listdir('/proc/self/fd'))
 
 
-def test_a_node_can_be_cycled_fifty_times(bench: Bench, monkeypatch) -> None:
+def test_a_node_can_be_cycled(bench: Bench, monkeypatch) -> None:
     # What is compiled once stays compiled, and takes most of the time.
     monkeypatch.setattr(lifecycle, 'compile_kernels', lambda *packages: None)
     node = bench.add(PipelineNode, start=False, initial_box=BOX)
@@ -59,7 +58,7 @@ def test_a_node_can_be_cycled_fifty_times(bench: Bench, monkeypatch) -> None:
         for trigger in ('configure', 'activate', 'deactivate', 'cleanup'):
             getattr(node, f'trigger_{trigger}')()
         assert (node.state, node.outputs, node.inputs) == ('unconfigured', [], [])
-        assert (node._worker, node.stage) == (None, None)
+        assert node.stage is None
         bench.executor.spin_once(timeout_sec=0)
         if cycle == 4:
             before = (threading.active_count(), open_files())
@@ -71,71 +70,39 @@ def test_a_node_can_be_cycled_fifty_times(bench: Bench, monkeypatch) -> None:
     bench.feed(bench.publisher(Image, 'image', 1), [frame(0)])
 
 
-def test_a_flood_of_tiny_images_is_thinned_out(bench: Bench) -> None:
+def test_of_frames_that_wait_too_many_are_dropped_and_counted(bench: Bench) -> None:
     node = bench.add(PipelineNode, backlog=5)
     bench.record_outputs('mask')
-    camera = bench.publisher(Image, 'image', 1)
-    tiny = np.zeros((6, 8, 3), np.uint8)
-    flood = 2000
-    for index in range(flood):
-        camera.publish(image_message(tiny, header(index)))
-        if index % 20 == 0:
-            bench.executor.spin_once(timeout_sec=0)
+    go = threading.Event()
+    node.later(lambda: go.wait(60.0))
+    for index in range(9):
+        node.receive('image', frame(index))
+    go.set()
     bench.settle()
     about = node.statistics
-    assert about.received > 0
-    assert about.received == about.processed + about.skipped + about.failed
-    assert len(bench.received['mask']) == about.processed + about.failed
-    before = len(bench.received['mask'])
-    camera.publish(frame(flood))
-    bench.until(lambda: len(bench.received['mask']) > before, 'the answer to a frame')
-    assert bench.received['mask'][-1].width == frame(flood).width
+    assert (about.received, about.failed) == (9, 0)
+    assert about.skipped == 9 - about.processed > 0
+    assert len(bench.received['mask']) == about.processed
+    assert bench.received['mask'][-1].header == header(8)
 
 
 def test_of_a_flood_of_boxes_no_more_start_than_there_are_slots(bench: Bench) -> None:
     node = bench.add(TrackerNode, max_people=2)
     bench.record_outputs('person_0/box')
     others = bench.record(PolygonInstanceStamped, 'person_1/box')
-    # Handed over in the process: to send them would only test the network.
-    flood = [
-        RegionOfInterest(x_offset=n % 99, y_offset=9, width=24, height=80) for n in range(20_000)
-    ]
+    starter = bench.publisher(RegionOfInterest, 'init_roi', 1)
     # While the worker is busy.
     go = threading.Event()
     node.later(lambda: go.wait(60.0))
-    for region in flood:
-        node._start(region)
+    for left in range(9):
+        starter.publish(RegionOfInterest(x_offset=left, y_offset=9, width=24, height=80))
+        bench.executor.spin_once(timeout_sec=0.1)
     go.set()
     bench.feed(bench.publisher(Image, 'image', 1), [frame(0)])
     bench.until(lambda: len(others) == 1, 'the other box')
     found = (bench.received['person_0/box'][0], others[0])
     assert [message.polygon.id for message in found] == [1, 2]
     assert node.status()['people'] == '2'
-
-
-ABSURD = {
-    'huge': ((30.0, 20.0), (54.0, 20.0), (54.0, 1e12), (30.0, 1e12)),
-    'far away': ((3e30, 20.0), (3e30, 20.0), (3e30, 99.0), (3e30, 99.0)),
-    'crossed': ((141.7, 12.3), (1e30, -27.4), (187.0, -1e30), (128.3, 1e30)),
-    'thin': ((50.0, 0.25), (90.0, 0.25), (90.0, 0.55), (50.0, 0.55)),
-}
-
-
-@pytest.mark.parametrize('size', [None, (2**32 - 1, 120)], ids=['no size', 'huge size'])
-def test_the_matcher_answers_boxes_that_make_no_sense(bench: Bench, size) -> None:
-    node = bench.add(MatcherNode)
-    bench.record_outputs('person_0/matched_box', 'person_0/shape_prior', 'person_0/gait')
-    if size is not None:
-        sizes = bench.publisher(RegionOfInterest, 'image_size', 1, LATCHED)
-        sizes.publish(RegionOfInterest(width=size[0], height=size[1]))
-        bench.until(lambda: node._size == size, 'the size')
-    boxes = bench.publisher(PolygonInstanceStamped, 'person_0/box', 1)
-    likelihoods = bench.publisher(Image, 'person_0/likelihood', 1)
-    for index, corners in enumerate(ABSURD.values()):
-        likelihoods.publish(image_message(np.full((120, 160), 40, np.uint8), header(index)))
-        bench.feed(boxes, [box_message(corners, 1, header(index))])
-    assert node.statistics.failed == len(ABSURD)
-    assert all(not message.name for message in bench.received['person_0/gait'])
 
 
 def test_a_bag_that_is_looped_begins_anew_each_time(bench: Bench) -> None:
@@ -161,32 +128,33 @@ def test_a_bag_that_is_looped_begins_anew_each_time(bench: Bench) -> None:
     assert len(set(ids)) == LOOPS
 
 
-@pytest.mark.parametrize('kind', [TrackerNode, MatcherNode, SegmenterNode])
-def test_a_node_that_is_started_again_joins_the_others(bench: Bench, kind: Any) -> None:
-    nodes = {each: bench.add(each) for each in (TrackerNode, MatcherNode, SegmenterNode)}
+def test_a_node_that_is_started_again_joins_the_others(bench: Bench) -> None:
+    kinds = (TrackerNode, MatcherNode, SegmenterNode)
+    nodes = {each: bench.add(each) for each in kinds}
     bench.record_outputs()
     camera = bench.publisher(Image, 'image', 2)
     bench.feed(camera, [frame(0), frame(1)])
-    gone = nodes.pop(kind)
-    bench.executor.remove_node(gone)
-    bench.nodes.remove(gone)
-    gone.close()
-    gone.destroy_node()
-    readers = 1 if kind is not MatcherNode else 2
-    bench.until(lambda: camera.get_subscription_count() == readers, 'the node to be gone')
-    # Nobody answers these to the end, and they must not block what comes later.
-    for index in (2, 3):
-        camera.publish(frame(index))
-    bench.settle()
-    bench.add(kind)
-    bench.until(lambda: camera.get_subscription_count() == 2, 'the node to be back')
-    connected(bench)
-    bench.received['mask'].clear()
-    camera.publish(frame(4))
-    bench.until(lambda: bool(bench.received['mask']), 'the mask of a frame')
-    stamps = [message.header.stamp for message in bench.received['mask']]
-    assert stamps[-1] == header(4).stamp
-    assert all(node.state == 'active' for node in bench.nodes)
+    shown = count(2)
+    for kind in kinds:
+        gone = nodes.pop(kind)
+        bench.executor.remove_node(gone)
+        bench.nodes.remove(gone)
+        gone.close()
+        gone.destroy_node()
+        readers = 1 if kind is not MatcherNode else 2
+        bench.until(lambda n=readers: camera.get_subscription_count() == n, 'the node to be gone')
+        # Nobody answers this to the end, and it must not block what comes later.
+        camera.publish(frame(next(shown)))
+        bench.settle()
+        nodes[kind] = bench.add(kind)
+        bench.until(lambda: camera.get_subscription_count() == 2, 'the node to be back')
+        connected(bench)
+        bench.received['mask'].clear()
+        number = next(shown)
+        camera.publish(frame(number))
+        bench.until(lambda: bool(bench.received['mask']), 'the mask of a frame')
+        assert bench.received['mask'][-1].header == header(number)
+        assert all(node.state == 'active' for node in bench.nodes)
 
 
 def connected(bench: Bench) -> None:
@@ -206,28 +174,21 @@ def connected(bench: Bench) -> None:
                 )
 
 
-@pytest.mark.parametrize('kind', [TrackerNode, SegmenterNode])
-def test_it_is_said_where_there_are_images(bench: Bench, stranger: Node, kind: Any) -> None:
-    node = bench.add(kind)
+def test_it_is_said_where_there_are_images(bench: Bench, stranger: Node) -> None:
+    node = bench.add(TrackerNode)
     assert missing_input(node).startswith('no images: nobody publishes /image; start the camera')
     stranger.create_publisher(Image, 'camera/image_raw', DEEP)
     bench.until(lambda: bench.probe.count_publishers('camera/image_raw') == 1, 'the camera')
     assert 'there are images on /camera/image_raw' in missing_input(node)
-    stranger.create_publisher(Image, 'image', DEEP)
-    bench.until(lambda: bench.probe.count_publishers('image') == 1, 'images')
-    reason = 'nothing comes from it' if kind is TrackerNode else 'nobody publishes /person_0/like'
-    assert reason in missing_input(node)
 
 
-@pytest.mark.parametrize('second', ['reliable', 'best_effort'])
-@pytest.mark.parametrize('first', ['reliable', 'best_effort'])
-def test_a_camera_that_is_started_again_is_heard(
-    bench: Bench, stranger: Node, first: str, second: str
+def test_a_camera_that_is_started_again_is_heard_however_reliable(
+    bench: Bench, stranger: Node
 ) -> None:
     bench.add(TrackerNode)
     bench.record_outputs('person_0/box')
     shown = map(frame, count())
-    for reliability in (first, second):
+    for reliability in ('reliable', 'best_effort', 'reliable'):
         profile = QoSProfile(depth=10, reliability=ReliabilityPolicy[reliability.upper()])
         camera = stranger.create_publisher(Image, 'image', profile)
         bench.until(lambda c=camera: c.get_subscription_count() == 1, 'the subscription')

@@ -4,9 +4,10 @@
 
 from __future__ import annotations
 
+from itertools import count
+
 import numpy as np
 import pytest
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import Image, JointState
 from std_srvs.srv import SetBool
@@ -15,6 +16,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.ros.messages import box_message, image_message
+from gait_segmentation.streams.health import Warnings
 from test.nodes.bench import Bench, frame, header
 
 MASKS = ('mask', 'person_0/mask', 'labels')
@@ -50,11 +52,11 @@ class Cutter:
         body = BODY.shifted(2 * index, 0)
         inside = np.zeros(size[::-1], np.uint8)
         inside[body.slices(*size)] = 255
-        self.node._part('image', frame(index, size) if image is None else image)
-        self.node._part('person_0/likelihood', image_message(inside, about))
-        self.node._part('person_0/matched_box', box_message((box or body).corners(), 7, about))
-        self.node._part('person_0/shape_prior', image_message(inside, about))
-        self.node._part('person_0/gait', JointState(header=about))
+        self.node.receive('image', frame(index, size) if image is None else image)
+        self.node.receive('person_0/likelihood', image_message(inside, about))
+        self.node.receive('person_0/matched_box', box_message((box or body).corners(), 7, about))
+        self.node.receive('person_0/shape_prior', image_message(inside, about))
+        self.node.receive('person_0/gait', JointState(header=about))
         self.bench.settle()
         messages = [self.bench.received[topic][-1] for topic in MASKS]
         assert [message.header for message in messages] == [about] * len(MASKS)
@@ -66,67 +68,41 @@ def cutter(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> Cutter:
     return Cutter(bench, monkeypatch)
 
 
-def test_another_size_of_the_image_starts_anew(cutter: Cutter, capfd) -> None:
-    for index in range(2):
-        cutter.show(index)
-    assert cutter.resets == 0
-    masks = cutter.show(2, LARGE)
-    assert cutter.resets == 1
-    assert [mask.shape for mask in masks] == [LARGE[::-1]] * len(MASKS)
-    assert masks[0].any()
-    assert 'the image size changed: starting anew' in capfd.readouterr().err
-    cutter.show(3, LARGE)
-    assert cutter.resets == 1
-
-
-STRANGE = {
-    'encoding': {'height': 120, 'width': 160, 'encoding': 'nonsense', 'step': 480},
-    'empty, but claims much': {'height': 8192, 'width': 8192, 'encoding': 'bgr8', 'step': 24576},
-}
-
-
-@pytest.mark.parametrize('name', STRANGE)
-def test_an_image_that_cannot_be_used_gives_empty_masks_of_the_last_size(
-    cutter: Cutter, name: str
-) -> None:
-    cutter.show(0)
-    for mask in cutter.show(1, image=Image(header=header(1), **STRANGE[name])):
-        assert mask.shape == SMALL[::-1]
-        assert not mask.any()
-    assert cutter.show(2)[0].any()
-    assert cutter.resets == 0
-    assert cutter.node.statistics.failed == 1
-
-
-def test_an_image_of_more_pixels_than_allowed_is_refused(cutter: Cutter, capfd) -> None:
+def test_frames_that_cannot_be_used_give_empty_masks_of_the_last_size(cutter: Cutter) -> None:
+    said: list[str] = []
+    # Each warning long after the one before.
+    cutter.node.warnings = Warnings(said.append, count(step=100).__next__)
     limit = Parameter('max_pixels', value=SMALL[0] * SMALL[1])
     assert cutter.node.set_parameters([limit])[0].successful
     assert cutter.show(0)[0].any()
-    assert not cutter.show(1, LARGE)[0].any()
-    assert 'at most 19200 pixels (max_pixels), got 320 x 240' in capfd.readouterr().err
-    assert cutter.show(2)[0].any()
-
-
-def test_a_huge_box_gives_empty_masks_and_is_forgotten(cutter: Cutter, capfd) -> None:
-    assert cutter.show(0)[0].any()
-    assert not cutter.show(1, box=Box(-5e29, -5e29, 1e30, 1e30))[0].any()
-    assert 'body must be finite, at most 15360 pixels high' in capfd.readouterr().err
-    assert cutter.show(2)[0].any()
-    assert cutter.node.statistics.failed == 1
-
-
-def enable(node: SegmenterNode, data: bool) -> None:
-    assert node._enable(SetBool.Request(data=data), SetBool.Response()).success
+    empty = {'height': 100, 'width': 190, 'encoding': 'bgr8', 'step': 570}
+    unusable = [
+        ({'image': Image(header=header(1), **empty)}, SMALL, 'at least 57000 bytes'),
+        ({'size': LARGE}, LARGE, 'at most 19200 pixels (max_pixels), got 320 x 240'),
+        ({'box': Box(-5e29, -5e29, 1e30, 1e30)}, SMALL, 'body must be finite, at most 15360'),
+    ]
+    for index, (change, size, why) in enumerate(unusable, start=1):
+        for mask in cutter.show(index, **change):
+            assert mask.shape == size[::-1]
+            assert not mask.any()
+        assert why in said[-1]
+    assert cutter.show(4)[0].any()
+    assert (cutter.resets, cutter.node.statistics.failed) == (0, 3)
+    # What can be used of another size starts anew, once.
+    cutter.node.set_parameters([Parameter('max_pixels', value=LARGE[0] * LARGE[1])])
+    for index in (5, 6):
+        assert cutter.show(index, LARGE)[0].any()
+        assert cutter.resets == 1
 
 
 def show_nobody(node: SegmenterNode, index: int) -> None:
     """Hand over all parts of a frame without anybody but the image."""
     about = header(index)
     empty = image_message(np.zeros((60, 80), np.uint8), about)
-    node._part('person_0/likelihood', empty)
-    node._part('person_0/matched_box', box_message((), 0, about))
-    node._part('person_0/shape_prior', empty)
-    node._part('person_0/gait', JointState(header=about))
+    node.receive('person_0/likelihood', empty)
+    node.receive('person_0/matched_box', box_message((), 0, about))
+    node.receive('person_0/shape_prior', empty)
+    node.receive('person_0/gait', JointState(header=about))
 
 
 def test_silence_upstream_is_said_as_such_and_is_no_reason_for_more_room(
@@ -136,7 +112,7 @@ def test_silence_upstream_is_said_as_such_and_is_no_reason_for_more_room(
     node = bench.add(SegmenterNode, keep_images=2)
     show_nobody(node, 0)
     for index in range(8):
-        node._part('image', frame(index))
+        node.receive('image', frame(index))
     bench.settle()
     assert (node.statistics.processed, node.statistics.skipped) == (1, 5)
     said = capfd.readouterr().err
@@ -144,34 +120,15 @@ def test_silence_upstream_is_said_as_such_and_is_no_reason_for_more_room(
     assert 'raise keep_images' not in said
 
 
-def test_the_diagnostics_say_whom_a_node_waits_for(bench: Bench, monkeypatch) -> None:
-    node = bench.add(SegmenterNode)
-    for topics in node.topics.values():
-        for topic, kind in topics.items():
-            bench.probe.create_publisher(kind, topic, 10)
-    bench.publisher(Image, 'image', 1)
-    names = [name for topics in node.topics.values() for name in topics]
-    bench.until(lambda: all(node.count_publishers(f'/{name}') for name in names), 'publishers')
-    node._part('image', frame(0))
-    reports = bench.record(DiagnosticArray, '/diagnostics')
-    monkeypatch.setattr(node.statistics, 'quiet_s', lambda now_s: 24.0)
-    reports.clear()
-    bench.until(lambda: bool(reports), 'a report')
-    (status,) = reports[0].status
-    assert status.level == DiagnosticStatus.STALE
-    said = 'no input for 24 s: nothing to do: nothing comes from gait_tracker; is it active and en'
-    assert status.message.startswith(said)
-
-
 def test_what_waited_when_a_node_was_disabled_is_not_missed(bench: Bench) -> None:
     node = bench.add(SegmenterNode)
     for index in range(2):
-        node._part('image', frame(index))
+        node.receive('image', frame(index))
     show_nobody(node, 0)
-    enable(node, False)
+    assert bench.call(SetBool, 'gait_segmenter/enable', SetBool.Request(data=False)).success
     show_nobody(node, 1)
-    enable(node, True)
-    node._part('image', frame(2))
+    assert bench.call(SetBool, 'gait_segmenter/enable', SetBool.Request(data=True)).success
+    node.receive('image', frame(2))
     show_nobody(node, 2)
     bench.settle()
     about = node.statistics

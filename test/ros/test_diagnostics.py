@@ -55,12 +55,6 @@ def judged(
     return status.level, status.message
 
 
-def test_the_hardware_is_the_camera_or_else_the_node() -> None:
-    camera = {'camera': '/camera/image_raw'}
-    for details, hardware in ((camera, '/camera/image_raw'), ({}, 'r/a')):
-        assert told(Statistics(), name='/r/a', details=details)[0].hardware_id == hardware
-
-
 def test_the_level_says_what_is_wrong() -> None:
     statistics = Statistics()
     assert judged(statistics) == (DiagnosticStatus.OK, 'active, no input yet')
@@ -81,8 +75,8 @@ def test_the_level_says_what_is_wrong() -> None:
         '2 frames could not be used since the last report',
     )
     assert judged(statistics, 15.0) == (DiagnosticStatus.STALE, 'no input for 6 s')
-    for _ in range(30):
-        statistics.finished(0.4, 9.5)
+    for latency_s in (*[0.01] * 20, *[0.4] * 10):
+        statistics.finished(latency_s, 9.5)
     assert judged(statistics) == (DiagnosticStatus.WARN, 'slow: 95 % of the outputs within 400 ms')
 
 
@@ -91,11 +85,9 @@ def test_the_level_says_what_is_wrong() -> None:
     [
         (9_000_000_000, TIME, '1.000'),
         (0, Time(sec=10), 'nan'),
-        # No /clock, a stamp of 1970 with a real clock behind, one ahead, and one below zero.
+        # No /clock, and a stamp ahead.
         (1_700_000_000_000_000_000, Time(), 'nan'),
         (10_000_000_001, Time(sec=10), 'nan'),
-        (9_000_000_000, Time(sec=-1), 'nan'),
-        (-5, Time(sec=10), 'nan'),
     ],
 )
 def test_ages_are_told_where_they_make_sense(stamp_ns: int, now: Time, said: str) -> None:
@@ -165,11 +157,6 @@ class Graph:
             ),
             'image',
             'nobody publishes /image, but there are images on /cam/a, /cam/b: remap image (',
-        ),
-        (
-            Graph(image__compressed=('v4l2', COMPRESSED), a=('v4l2', RAW)),
-            'image',
-            'but /image/compressed is: set image_transport to compressed',
         ),
         (
             Graph(image=('v4l2', RAW)),

@@ -19,6 +19,7 @@ from gait_segmentation.inputs.encodings import (
     pixels,
     read_bgr,
     read_compressed,
+    read_depth,
     read_mono8,
 )
 from gait_segmentation.ros.messages import image_message
@@ -47,35 +48,26 @@ CODES = {
     'rgb': cv2.COLOR_BGR2RGB,
     'bgra': cv2.COLOR_BGR2BGRA,
     'rgba': cv2.COLOR_BGR2RGBA,
+    'mono': cv2.COLOR_BGR2GRAY,
 }
 
 
 @pytest.mark.parametrize(('padding', 'big'), [(0, False), (5, True)])
 @pytest.mark.parametrize(
-    'encoding', ['8UC3', *(f'{order}{n}' for order in CODES for n in (8, 16))]
+    'encoding', ['8UC3', '8UC1', *(f'{o}{n}' for o in CODES for n in (8, 16))]
 )
-def test_colour_encodings_become_bgr_whatever_padding_and_byte_order(
+def test_encodings_become_bgr_whatever_padding_and_byte_order(
     encoding: str, padding: int, big: bool
 ) -> None:
     image = np.random.default_rng(0).integers(0, 256, (6, 8, 3)).astype(np.uint8)
+    if encoding in ('mono8', 'mono16', '8UC1'):
+        image = np.repeat(image[..., :1], 3, axis=2)
     code = CODES.get(encoding.rstrip('816'))
     data = image if code is None else cv2.cvtColor(image, code)
+    data = data[..., 0].copy() if encoding == '8UC1' else data
     if encoding.endswith('16'):
         data = ((data.astype(np.uint16) << 8) + 200).astype('>u2' if big else '<u2')
-    read = read_bgr(message(data, encoding, 2 * padding, big))
-    np.testing.assert_array_equal(read, image)
-
-
-@pytest.mark.parametrize('encoding', ['mono8', '8UC1', 'mono16'])
-@pytest.mark.parametrize('big', [False, True])
-def test_grey_images_become_grey_bgr(encoding: str, big: bool) -> None:
-    grey = np.arange(48, dtype=np.uint8).reshape(6, 8)
-    data = grey
-    if encoding == 'mono16':
-        data = (grey.astype(np.uint16) << 8).astype('>u2' if big else '<u2')
-    np.testing.assert_array_equal(
-        read_bgr(message(data, encoding, 4, big)), np.repeat(grey[:, :, None], 3, axis=2)
-    )
+    np.testing.assert_array_equal(read_bgr(message(data, encoding, 2 * padding, big)), image)
 
 
 @pytest.mark.parametrize('colour', [BLUE, GREEN, RED])
@@ -159,17 +151,15 @@ def test_what_is_no_image_is_refused(made: Image, reason: str) -> None:
         read_bgr(made)
 
 
+def test_depth_is_in_millimetres_or_metres_of_either_byte_order() -> None:
+    metres = np.full((6, 8), 4.5, '>f4')
+    np.testing.assert_array_equal(read_depth(message(metres, '32FC1', big=True)), metres)
+    assert (read_depth(message(np.full((6, 8), 4500, np.uint16), '16UC1')) == 4500).all()
+
+
 def test_a_likelihood_must_be_grey() -> None:
     with pytest.raises(InputError, match="mono8 or 8UC1, got 'bgr8'"):
         read_mono8(message(plain(RED), 'bgr8'))
-
-
-@pytest.mark.parametrize('suffix', ['.png', '.jpg'])
-def test_compressed_images_are_decoded(suffix) -> None:
-    _, data = cv2.imencode(suffix, plain(BLUE, 16, 16))
-    made = CompressedImage(format=suffix[1:])
-    made.data.frombytes(data.tobytes())
-    np.testing.assert_allclose(read_compressed(made), plain(BLUE, 16, 16), atol=3)
 
 
 @given(

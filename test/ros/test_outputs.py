@@ -15,12 +15,9 @@ from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.ros.outputs import (
     Outputs,
-    Seen,
     mask_topics,
     match_topics,
-    people_topics,
     picture_topics,
-    seen,
     track_topics,
 )
 from gait_segmentation.segmentation import PeopleMasks
@@ -93,26 +90,6 @@ def test_empty_answers_are_one_image_for_all_who_listen() -> None:
     node = _Node('person_0/gait', 'person_1/shape_prior', 'person_1/refined_box')
     Outputs(node, match_topics(SLOTS)).blank((6, 8), HEADER)
     assert sorted(node.topics) == ['person_0/gait', 'person_1/refined_box', 'person_1/shape_prior']
-
-
-def test_nothing_is_made_for_nobody() -> None:
-    node: Any = _Node()
-    # Of more memory than there is.
-    Outputs(node, mask_topics(SLOTS)).blank((1 << 31, 1 << 31), HEADER)
-    Outputs(node, match_topics(SLOTS)).blank((1 << 31, 1 << 31), HEADER)
-    assert node.published == []
-
-
-def test_of_a_place_that_is_not_known_nothing_is_said() -> None:
-    node: Any = _Node('person_0/pose', 'person_1/pose', 'boxes', 'markers')
-    outputs = Outputs(node, people_topics(SLOTS))
-    mask = np.zeros((6, 8), np.uint8)
-    mask[1:4, 2:5] = 255
-    outputs.publish_made(HEADER, seen, _matches(), [mask, np.zeros_like(mask)], (None, None))
-    assert sorted(node.topics) == ['boxes', 'markers']
-    assert len(dict(node.published)['boxes'].points) == 8
-    outputs.publish(Seen(), HEADER)
-    assert sorted(node.topics) == ['boxes', 'boxes', 'markers', 'markers']
 
 
 def test_compressed_images_are_made_for_those_who_listen_alone() -> None:

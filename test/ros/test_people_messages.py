@@ -40,7 +40,6 @@ DEFINITIONS = {
     'BoundingBox2D bbox\nstring id',
     'Detection2DArray': 'std_msgs/Header header\nDetection2D[] detections',
 }
-KIND = 'vision_msgs/msg/Detection2DArray'
 HEADER = Header(frame_id='camera')
 HEADER.stamp.sec = 3
 

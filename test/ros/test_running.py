@@ -5,14 +5,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.nodes.matcher_node import MatcherNode
-from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.ros.running import run_node, silence_opencv, unused_files
 
 
@@ -26,22 +24,13 @@ def test_the_usage_is_shown_instead_of_a_start(words: list[str], code: int, caps
     assert ('exit code: 0' in said.out) == (code == 0)
 
 
-@pytest.mark.parametrize(('node', 'sees'), [(MatcherNode, False), (SegmenterNode, True)])
-def test_the_usage_remaps_the_camera_where_there_is_one(node: Any, sees: bool, capsys) -> None:
-    with pytest.raises(SystemExit):
-        run_node(node, ['node', '--help'])
-    assert ('-r image:=/camera' in capsys.readouterr().out) == sees
-
-
 @pytest.mark.parametrize(
     ('content', 'found'),
     [
         ('gait_trakker:\n  ros__parameters:\n    max_people: 2', 'gait_trakker'),
         ('gait_tracker:\n  ros_parameters:\n    max_people: 2', 'gait_tracker'),
-        ('max_people: 2', 'max_people'),
         ('', 'no keys'),
         # What serves the node, or another one of this package.
-        ('gait_tracker:\n  ros__parameters:\n    max_people: 2', None),
         ('/**:\n  ros__parameters:\n    max_people: 2', None),
         ('robot1:\n  gait_matcher:\n    ros__parameters:\n      max_people: 2', None),
         ('/robot1/door:\n  ros__parameters:\n    max_people: 2', None),

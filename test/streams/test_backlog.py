@@ -12,13 +12,11 @@ TIMEOUT_S = 10.0
 
 
 def taken(backlog: Backlog) -> list[object]:
-    backlog.call(backlog.close)
+    """Return the frames that wait, once the calls are made."""
     items: list[object] = []
-    # The call goes first, so the frames are taken before it is made.
-    close = backlog.take()
-    while backlog._frames:
-        items.append(backlog.take()[0])
-    close()
+    worker = Worker(backlog, items.append, lambda error: None)
+    assert backlog.drain(TIMEOUT_S)
+    worker.stop()
     return items
 
 
@@ -122,8 +120,7 @@ def test_of_the_calls_of_a_kind_the_newest_wait() -> None:
     ]
     backlog.call(lambda: done.append('finish'))
     backlog.call(lambda: done.append('finish'))
-    while backlog._calls:
-        backlog.take()()
+    assert taken(backlog) == []
     assert done == ['box 4', 'box 5', 'reset 1', 'finish', 'finish']
 
 

@@ -7,14 +7,9 @@ from collections.abc import Iterable
 
 import pytest
 
+from gait_segmentation.streams.config import misnamed
 from gait_segmentation.streams.health import Statistics, Warnings
 from gait_segmentation.streams.join import ExactJoin
-
-
-def test_nothing_received_is_no_rate_and_no_latency() -> None:
-    statistics = Statistics()
-    assert statistics.rates_hz(1.0) == (0, 0)
-    assert all(math.isnan(value) for value in statistics.latency_ms())
 
 
 def test_the_rate_is_that_of_the_last_seconds() -> None:
@@ -96,3 +91,21 @@ def test_a_line_of_the_log_is_short_whatever_names_are_in_it() -> None:
     assert len(said) < 500
     assert said.startswith('got [')
     assert said.endswith('(50008 characters)')
+
+
+KNOWN = ['max_people', 'backlog', 'initial_box', 'tracking.use_background', 'tracking.memory']
+
+
+@pytest.mark.parametrize(
+    ('given', 'found'),
+    [
+        ('max_peeple', {'max_peeple': 'max_people'}),
+        ('tracking.use_backgrund', {'tracking.use_backgrund': 'tracking.use_background'}),
+        ('tracking.nothing_of_the_kind', {'tracking.nothing_of_the_kind': ''}),
+        ('traking.memori', {'traking.memori': 'tracking.memory'}),
+        # Those of ROS and of others.
+        *((name, {}) for name in ('use_sim_time', 'matching.lag', 'qos_overrides./image.depth')),
+    ],
+)
+def test_what_is_nearly_a_parameter_is_found(given: str, found: dict[str, str]) -> None:
+    assert misnamed(['backlog', given], KNOWN) == found

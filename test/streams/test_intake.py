@@ -11,7 +11,7 @@ import pytest
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import TrackResult
 from gait_segmentation.streams.config import StartConfig
-from gait_segmentation.streams.intake import Intake, new_people, read_detections
+from gait_segmentation.streams.intake import Intake, MapIntake, new_people, read_detections
 
 BOX = Box(10, 10, 20, 40)
 IMAGE = np.zeros((60, 80, 3), np.uint8)
@@ -51,13 +51,6 @@ def test_a_box_is_used_once(options: dict[str, Any], asked: list[Box], boxes: li
     for box in asked:
         log.intake.request(box)
     assert [log.take(stamp) for stamp in (4, 6, 7)] == boxes
-
-
-def test_a_box_asked_for_can_be_forgotten() -> None:
-    log = Log()
-    log.intake.request(BOX)
-    log.intake.forget()
-    assert log.take(1) == []
 
 
 def test_when_time_begins_anew_the_initial_box_is_used_again() -> None:
@@ -149,3 +142,49 @@ def test_only_new_people_start_and_only_in_free_slots() -> None:
     # What another message has asked for just before takes a slot, too.
     assert new_people([far, further], [], 3, [far]) == [further]
     assert new_people([far, further], [], 1, [near]) == []
+
+
+def test_a_box_asked_for_can_be_forgotten() -> None:
+    log = Log()
+    log.intake.request(BOX)
+    log.intake.forget()
+    assert log.take(1) == []
+
+
+def map_message(second: int, encoding: str = 'mono8', value: float = 255) -> Any:
+    kind = np.float32 if encoding == '32FC1' else np.uint8
+    data = np.full((4, 6), value, kind)
+    header = SimpleNamespace(stamp=SimpleNamespace(sec=second, nanosec=0), frame_id='')
+    return SimpleNamespace(
+        header=header, height=4, width=6, encoding=encoding, is_bigendian=0,
+        step=data.strides[0], data=data.tobytes(),
+    )  # fmt: skip
+
+
+def test_heat_maps_that_are_none_or_of_no_image_are_ignored_and_it_is_said() -> None:
+    taken: list[int] = []
+    said: list[str] = []
+    maps = MapIntake(
+        lambda heat, stamp_ns: taken.append(stamp_ns), lambda key, text: said.append(text)
+    )
+    maps.note(100 * 10**9, 0.5)
+    bad = [
+        (map_message(100, 'rgb8'), 'must be mono8, 8UC1, mono16 or 32FC1'),
+        (map_message(100, '32FC1'), 'must be from 0 to 1'),
+        (map_message(110), 's ahead of the last image'),
+        (map_message(99), 's older than the last image'),
+    ]
+    for count, (message, why) in enumerate(bad, start=1):
+        maps.take(message, 24, 0.5)
+        assert len(said) == count
+        assert said[-1].startswith('a heat_map is ignored: ')
+        assert why in said[-1]
+    maps.take(map_message(100), 23, 0.5)
+    assert (taken, maps.in_use) == ([], False)
+    maps.take(map_message(100), 24, 0.5)
+    assert (taken, maps.in_use) == ([100 * 10**9], True)
+    said.clear()
+    for second in (100, 101, 103, 104):
+        maps.note(second * 10**9, 0.5)
+    assert said == ['the heat maps have stopped: going on without']
+    assert not maps.in_use

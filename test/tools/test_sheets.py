@@ -8,7 +8,7 @@ import pytest
 from gait_segmentation.drawing import BACKDROP
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
-from gait_tools.sheets import TILE_SIZE, contact_sheet, crop, spread, tile
+from gait_tools.sheets import contact_sheet, crop
 
 
 def test_crops_have_the_size_asked_for():
@@ -20,32 +20,6 @@ def test_crops_have_the_size_asked_for():
     np.testing.assert_array_equal(beyond[4:, 5:], image[:4, :5])
     assert crop(image, Box(100, 100, 10, 8), (50, 40)).shape == (40, 50, 3)
     assert crop(image[..., 0], Box(-5, -4, 10, 8), (20, 16))[0, 0] == 0
-
-
-def test_a_tile_shows_somebody_in_the_middle_with_outlines():
-    image = np.full((60, 60, 3), 90, np.uint8)
-    first = np.zeros((60, 60), np.uint8)
-    first[10:50, 20:40] = 255
-    second = np.roll(first, 8, axis=1)
-    outlines = [(second, (255, 90, 255)), (first, (50, 255, 50))]
-    picture = tile(image, Box(20, 10, 20, 40), outlines, '7')
-    assert picture.shape == (TILE_SIZE[1], TILE_SIZE[0], 3)
-    green = (picture[..., 1] > 220) & (picture[..., 2] < 100)
-    pink = (picture[..., 1] < 120) & (picture[..., 2] > 220)
-    assert green.sum() > 300
-    assert pink.sum() > 100
-    rows, columns = np.nonzero(green)
-    # A crop begins at a whole pixel, which is enlarged almost five times.
-    assert abs((columns.min() + columns.max()) / 2 - TILE_SIZE[0] / 2) < 5
-    assert abs((rows.min() + rows.max()) / 2 - TILE_SIZE[1] / 2) < 5
-
-
-def test_frames_are_spread_evenly():
-    shown = sorted(spread(range(100, 200)))
-    assert len(shown) == 28
-    assert (shown[0], shown[-1]) == (100, 199)
-    assert max(np.diff(shown)) <= 4
-    assert spread([3, 5]) == {3, 5}
 
 
 def test_a_sheet_has_a_cell_for_every_picture():

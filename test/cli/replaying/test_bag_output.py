@@ -99,16 +99,3 @@ def test_messages_are_those_of_the_nodes(tmp_path: Path) -> None:
         kind = type(message)
         assert deserialize_message(found[topic], kind) == deserialize_message(sent, kind), topic
         assert len(found[topic].rstrip(b'\0')) <= len(sent) <= len(found[topic]) + 8, topic
-
-
-def test_what_was_written_stays_readable_when_it_is_broken_off(tmp_path: Path) -> None:
-    output = BagOutput(tmp_path / 'walk')
-    for index in range(4):
-        output.add(*frame(index))
-    output.close(complete=False)
-    assert [p.name for p in tmp_path.iterdir()] == ['walk.partial']
-    assert len(contents(tmp_path / 'walk.partial')) == 4 * len(TOPICS) + 1
-    again = BagOutput(tmp_path / 'walk')
-    again.add(*frame(0))
-    again.close(complete=True)
-    assert [p.name for p in tmp_path.iterdir()] == ['walk']

@@ -2,18 +2,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import csv
 import math
 import pickle
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
+from gait_segmentation.cli.replay import main
 from gait_segmentation.cli.replaying.walks import (
+    SUMMARY_COLUMNS,
     OpenGaitOutput,
     Walks,
     normalised,
 )
+from test.cli.conftest import FRAMES
 from test.cli.replaying.results import replayed
 
 RATE = 0.9
@@ -34,13 +39,9 @@ def test_a_silhouette_fills_the_height_and_stands_in_the_middle() -> None:
     # The centre is a whole column, and cubic interpolation rings at edges.
     assert abs(silhouette.astype(int) - expected).max(axis=0)[24:40].max() == 0
     assert (silhouette > 127).sum(axis=1).tolist() == [20] * 64
-
-
-def test_at_the_border_the_rest_is_empty_and_wide_ones_are_cut_off() -> None:
+    # At the border the rest is empty, and wide ones are cut off.
     for left in (0, 260):
-        silhouette = normalised(figure(left, 40))
-        assert silhouette.shape == (64, 64)
-        assert abs(int((silhouette > 127).sum()) - 20 * 64) <= 64
+        assert abs(int((normalised(figure(left, 40)) > 127).sum()) - 20 * 64) <= 64
     assert (normalised(figure(0, 300)) > 127).all()
 
 
@@ -89,3 +90,66 @@ def test_short_walks_and_what_is_hardly_seen_are_left_out() -> None:
         walks.add(replayed(index, [(4, figure(0, 3, height=13), 0.0)]).result)
         walks.add(replayed(index, [(0, np.zeros((200, 300), np.uint8), 0.0)]).result)
     assert walks.all() == []
+
+
+def rows(path: Path) -> list[dict[str, str]]:
+    with path.open(newline='') as file:
+        return list(csv.DictReader(file))
+
+
+def test_every_walk_has_a_row_that_leads_to_its_silhouettes(
+    given: list[str], folder: Path, tmp_path: Path
+) -> None:
+    table = tmp_path / 'new/walks.csv'
+    wanted = ['--opengait', str(tmp_path / 'gait')]
+    assert main([*given, *wanted, '--summary', str(table)]) == 0
+    (row,) = rows(table)
+    assert tuple(row) == tuple(SUMMARY_COLUMNS)
+    assert row['input'] == str(folder / 'walk')
+    # All but the one that cannot be read.
+    assert int(row['frames']) == FRAMES - 1
+    assert len(pickle.loads(Path(row['silhouettes']).read_bytes())) == FRAMES - 1
+    assert 0 < float(row['cadence_steps_per_min']) < 300
+
+
+def test_what_was_done_before_is_in_it_and_a_table_is_replaced(
+    given: list[str], tmp_path: Path, capsys
+) -> None:
+    table = tmp_path / 'walks.csv'
+    assert main(given) == 0
+    for _ in range(2):
+        assert main([*given, '--summary', str(table)]) == 0
+        assert 'done before' in capsys.readouterr().out
+        (row,) = rows(table)
+        assert row['silhouettes'] == ''
+
+
+def test_a_bag_that_says_nothing_of_walks_is_told(
+    given: list[str], tmp_path: Path, capsys
+) -> None:
+    assert main(given) == 0
+    metadata = tmp_path / 'out/walk/metadata.yaml'
+    about = yaml.safe_load(metadata.read_text())
+    del about['rosbag2_bagfile_information']['custom_data']['walks']
+    metadata.write_text(yaml.safe_dump(about))
+    assert main([*given, '--summary', str(tmp_path / 'walks.csv')]) == 0
+    assert 'walk says nothing of walks and is left out of the summary' in capsys.readouterr().err
+    assert rows(tmp_path / 'walks.csv') == []
+
+
+@pytest.mark.parametrize(
+    ('name', 'reason'),
+    [
+        ('letter.csv', 'was not made by gait_replay and is not replaced'),
+        ('other.csv', 'is the input'),
+    ],
+)
+def test_nothing_else_is_replaced(
+    given: list[str], tmp_path: Path, capsys, name: str, reason: str
+) -> None:
+    (tmp_path / 'letter.csv').write_text('dear')
+    given = [*given, '--csv', str(tmp_path / 'other.csv')]
+    assert main([*given, '--summary', str(tmp_path / name)]) == 2
+    assert reason in capsys.readouterr().err
+    assert (tmp_path / 'letter.csv').read_text() == 'dear'
+    assert not (tmp_path / 'out').exists()

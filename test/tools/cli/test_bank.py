@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 
 import cv2
 import numpy as np
@@ -41,12 +40,6 @@ def test_build_and_info(built, capsys):
     assert 'azimuths_deg         0.0, 180.0' in capsys.readouterr().out
 
 
-def test_build_says_what_it_made(tmp_path, capsys):
-    path = tmp_path / 'two.npz'
-    assert command.main(['build', str(path), *SMALL, '--builds', 'average,coat']) == 0
-    assert '4 sequences x 4 phases of 48 x 32 pixels' in capsys.readouterr().out
-
-
 def test_show(built, tmp_path, capsys):
     picture = tmp_path / 'sheet.png'
     assert command.main(['show', str(built), '-o', str(picture), '--columns', '2']) == 0
@@ -68,104 +61,3 @@ def test_build_from_silhouettes(tmp_path):
     arguments += [str(folder), '--azimuth', '0', '--average']
     assert command.main(arguments) == 0
     assert TemplateBank.load(path).builds == ('average',)
-
-
-def test_folders_of_the_same_name_are_told_apart(tmp_path):
-    folders = [tmp_path / name / 'masks' for name in ('anna', 'bert')]
-    for folder in folders:
-        folder.mkdir(parents=True)
-        draw_walk(folder)
-    path = tmp_path / 'own.npz'
-    names = [str(folder) for folder in folders]
-    arguments = ['build', str(path), *GRID, '--quiet', '--from', *names, '--azimuth', '0']
-    assert command.main(arguments) == 0
-    assert TemplateBank.load(path).builds == ('anna_masks', 'bert_masks')
-
-
-@pytest.mark.parametrize(
-    ('arguments', 'message'),
-    [
-        (['info', 'none.npz'], 'cannot read the bank none.npz'),
-        (['show', 'none.npz'], 'cannot read the bank none.npz'),
-        (['show', '--sequences', '0', '16'], r'sequences must be from 0 to 15, got \[16\]'),
-        (['show', '--columns', '0'], 'columns must be at least 1, got 0'),
-        (['build', 'x.npz', '--phases', '1'], 'phases must be an integer from 4 to 240, got 1'),
-        (['build', 'x.npz', '--builds', 'giant'], "build must be one of .*got 'giant'"),
-        (['build', 'no/where/x.npz'], 'no/where is not a folder'),
-        (['show', '-o', 'sheet.xyz'], r'sheet\.xyz cannot be written: its name must end in'),
-        (['show', '-o', 'no/sheet.png'], 'no/sheet.png'),
-        (['build', 'x.npz', '--azimuth', '3'], '--mirror and --average belong to --from'),
-        (['build', 'x.npz', '--average'], '--mirror and --average belong to --from'),
-        (['build', 'x.npz', '--first-contact', 'left'], '--average belong to --from'),
-        (
-            ['build', 'x.npz', '--from', 'f', '--azimuth', '400'],
-            'from -360 to 360 degrees, got 400',
-        ),
-        (
-            ['build', 'x.npz', '--from', 'f', '--azimuth', '0', '--builds', 'coat'],
-            '--builds: only',
-        ),
-        (['build', 'x.npz', '--from', 'f'], '--from needs --azimuth'),
-        (['build', 'x.npz', '--from', 'f', 'g', 'h', '--azimuth', '1', '2'], '1 or 3 values'),
-        (['build', 'x.npz', '--from', 'none', '--azimuth', '1'], 'none is not a folder'),
-    ],
-)
-def test_errors_are_one_line_and_two(tmp_path, monkeypatch, capsys, arguments, message):
-    monkeypatch.chdir(tmp_path)
-    assert command.main(arguments) == 2
-    lines = [line for line in capsys.readouterr().err.splitlines() if 'error' in line]
-    assert len(lines) == 1
-    assert lines[0].startswith('gait_bank: error: ')
-    assert re.search(message, lines[0])
-
-
-def test_what_is_read_is_not_written_to(built, tmp_path, capsys):
-    before = built.read_bytes()
-    (tmp_path / 'link.png').symlink_to(built)
-    assert command.main(['show', str(built), '-o', str(tmp_path / 'link.png')]) == 2
-    assert f'is the input {built}, which would be changed' in capsys.readouterr().err
-    assert built.read_bytes() == before
-    (tmp_path / 'walk').mkdir()
-    given = ['--from', str(tmp_path / 'walk'), '--azimuth', '0']
-    assert command.main(['build', str(tmp_path / 'walk/0.png'), *given]) == 2
-    assert 'lies in the input' in capsys.readouterr().err
-    assert command.main(['vocabulary', str(tmp_path / 'walk/0.json'), *given[:2]]) == 2
-    assert 'lies in the input' in capsys.readouterr().err
-
-
-@pytest.mark.parametrize('name', ['photo.png', 'photo.jpg', 'film.mp4'])
-def test_what_others_have_made_is_not_replaced(built, tmp_path, capsys, name):
-    other = tmp_path / name
-    image = np.full((20, 30), 7, np.uint8)
-    other.write_bytes(cv2.imencode('.png', image)[1].tobytes())
-    before = other.read_bytes()
-    for given in (
-        ['show', str(built), '-o', str(other)],
-        ['build', str(other)],
-        ['vocabulary', str(other)],
-        ['vocabulary', str(tmp_path / 'new.json'), '--picture', str(other)],
-    ):
-        assert command.main(given) == 2
-        assert f'{other} was not made by gait_bank' in capsys.readouterr().err
-    assert other.read_bytes() == before
-
-
-def test_what_it_has_made_is_replaced(built, tmp_path):
-    picture = tmp_path / 'sheet.png'
-    for _ in range(2):
-        assert command.main(['show', str(built), '-o', str(picture)]) == 0
-        assert cv2.imread(str(picture)) is not None
-        assert command.main(['build', str(tmp_path / 'again.npz'), *SMALL, '--quiet']) == 0
-
-
-def test_rows_are_sequences_and_columns_phases():
-    templates = np.arange(1, 13, dtype=np.uint8).reshape(3, 4, 1, 1).repeat(40, 2).repeat(32, 3)
-    bank = TemplateBank(templates, np.zeros(3, np.float32), ('a', 'b', 'c'), 0.9)
-    sheet = command.contact_sheet(bank, columns=2, sequences=[2, 0])
-    tiles = sheet[-80:, -64:]
-    assert (tiles[:40, :32] == 9).all()
-    assert (tiles[:40, 32:] == 11).all()
-    assert (tiles[40:, :32] == 1).all()
-    assert sheet[:, :-64].any()  # labels
-    everything = command.contact_sheet(bank, columns=100)
-    assert everything.shape == command.contact_sheet(bank, columns=4).shape

@@ -4,11 +4,9 @@ import json
 import sys
 
 import cv2
-import numpy as np
 import pytest
 
 from gait_tools.cli.evaluate import main
-from test.walkers import small_bank
 
 from ..evaluation.fakes import FakePipeline, write_sequence
 
@@ -95,19 +93,6 @@ def test_boxes_are_given_or_not_and_what_is_set_stays(made, folder):
     assert [each.config.people.max_people for each in made] == [1, 1, 2]
 
 
-def test_parameters_reach_the_pipeline(pipeline, folder, capsys):
-    assert main([str(folder), '--prior', 'none', '--set', 'tracking.use_texture=false']) == 0
-    assert float(capsys.readouterr().out.splitlines()[1].split()[2]) < 0.6
-
-
-def test_a_bank_reaches_the_pipeline(made, folder, tmp_path):
-    small_bank().save(tmp_path / 'mine.npz')
-    assert main([str(folder)]) == 0
-    assert main([str(folder), '--bank', str(tmp_path / 'mine.npz')]) == 0
-    assert made[0].bank is None
-    assert made[1].bank.templates.shape == small_bank().templates.shape
-
-
 def test_a_preset_is_overridden_by_other_options(made, folder, tmp_path, monkeypatch, capsys):
     file = tmp_path / 'preset.yaml'
     file.write_text(
@@ -125,95 +110,3 @@ def test_a_preset_is_overridden_by_other_options(made, folder, tmp_path, monkeyp
     said = capsys.readouterr().err
     assert 'papre' in said
     assert 'paper' in said.split('papre')[1]
-
-
-def test_priors_are_compared(pipeline, folder, tmp_path, capsys):
-    pytest.importorskip('matplotlib')
-    out, scores = tmp_path / 'out', tmp_path / 'scores.json'
-    arguments = [str(folder), '--ablate', 'priors', '--out', str(out), '--json', str(scores)]
-    assert main(arguments) == 0
-    assert 'prior' in capsys.readouterr().out
-    assert (out / 'priors.png').is_file()
-    assert list(json.loads(scores.read_text())['priors']) == ['none', 'default', 'paper']
-
-
-@pytest.mark.parametrize(
-    ('arguments', 'message'),
-    [
-        (['--set', 'matching.lag=-1'], 'lag must be an integer from 0'),
-        (['--prior', 'hard'], 'prior must be one of none, default, paper'),
-        (['--bank', 'none.npz'], 'cannot read the bank none.npz'),
-        (['--likelihood', 'heat'], 'heat is missing'),
-        (['--heat-map', 'heat'], 'heat is missing, no heat maps'),
-        (['--json', '/nowhere/at/all.json'], 'cannot be written'),
-        (['--out', '/dev/null/at/all'], '--out /dev/null/at/all: nothing can be written'),
-    ],
-)
-def test_errors_are_one_line_before_anything_is_run(
-    pipeline, folder, capsys, monkeypatch, arguments, message
-):
-    monkeypatch.setattr(FakePipeline, 'update', lambda *_: pytest.fail('it ran'))
-    assert main([str(folder), *arguments]) == 2
-    captured = capsys.readouterr()
-    assert captured.err.startswith('gait_evaluate: error: ')
-    assert captured.err.count('\n') == 1
-    assert message in captured.err
-
-
-@pytest.mark.parametrize(
-    ('option', 'place', 'how'),
-    [
-        ('--out', '.', 'lies in'),
-        ('--out', 'link', 'lies in'),
-        ('--out', 'walk', 'lies in'),
-        ('--json', 'walk/sequence.yaml', 'lies in'),
-        ('--json', 'hard.yaml', 'is'),
-    ],
-)
-def test_a_sequence_is_never_written_to(
-    pipeline, folder, tmp_path, monkeypatch, capsys, option, place, how
-):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / 'link').symlink_to('.')
-    (tmp_path / 'hard.yaml').hardlink_to(folder / 'sequence.yaml')
-    before = {path: path.read_bytes() for path in sorted(folder.rglob('*.*'))}
-    # A link to what is in a sequence is that file; here it is given as what is read.
-    given = ['hard.yaml' if how == 'is' else 'walk', option, place]
-    assert main(given) == 2
-    said = capsys.readouterr().err
-    assert said.startswith(f'gait_evaluate: error: {option} ')
-    assert f' {how} the input {given[0]}, which would be changed' in said
-    assert {path: path.read_bytes() for path in sorted(folder.rglob('*.*'))} == before
-    assert not (tmp_path / 'masks').exists()
-
-
-@pytest.mark.parametrize('given', ['--bank=read', '--set=segmentation.vocabulary=read'])
-def test_what_else_is_read_is_never_written_to(
-    pipeline, folder, tmp_path, monkeypatch, capsys, given
-):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / 'read').write_text('{}')
-    assert main(['walk', given, '--json', 'read']) == 2
-    assert '--json read is the input read, which would be changed' in capsys.readouterr().err
-    assert (tmp_path / 'read').read_text() == '{}'
-
-
-@pytest.mark.parametrize('content', ['{"my": "thesis"}', 'a film', '[1]', '{"mean": {}}'])
-def test_scores_replace_scores_and_nothing_else(folder, tmp_path, capsys, content):
-    kept = tmp_path / 'kept.json'
-    kept.write_text(content)
-    assert main([str(folder), '--json', str(kept)]) == 2
-    said = capsys.readouterr().err
-    assert f'--json {kept} was not made by gait_evaluate and is not replaced' in said
-    assert kept.read_text() == content
-
-
-@pytest.mark.parametrize('name', ['contact_sheet.png', 'masks/0000.png', 'masks/holiday.png'])
-def test_pictures_of_others_are_not_replaced(folder, tmp_path, capsys, name):
-    photo = tmp_path / 'out' / 'walk' / name
-    photo.parent.mkdir(parents=True)
-    assert cv2.imwrite(str(photo), np.zeros((4, 4, 3), np.uint8))
-    before = photo.read_bytes()
-    assert main([str(folder), '--out', str(tmp_path / 'out')]) == 2
-    assert f'{photo} was not made by gait_evaluate' in capsys.readouterr().err
-    assert photo.read_bytes() == before

@@ -5,8 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,16 +12,14 @@ import pytest
 pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
 
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.inputs import open_input
 from gait_segmentation.ros.messages import box_message, image_message
 from gait_tools.demo import recording as module
-from gait_tools.demo.nodes import NODES, ProcessError
+from gait_tools.demo.nodes import NODES
 from gait_tools.demo.recording import Recording
 
 # rclpy loads deprecated modules of Python with its first publisher.
@@ -61,7 +57,8 @@ def take(recording: Recording, topic: str, second: int) -> None:
             message.name, message.position = ['gait_phase', 'view_azimuth'], [np.pi, 0.5]
     else:
         message = box_message(BOX.corners() if somebody else (), 7 * somebody, header)
-    recording._receive(topic, serialize_message(message))
+    with recording.lock:
+        recording.heard(topic, second * 10**9, '', serialize_message(message))
 
 
 def test_a_result_is_what_the_messages_say(recording: Recording) -> None:
@@ -81,16 +78,6 @@ def test_a_result_is_what_the_messages_say(recording: Recording) -> None:
     assert not nobody.segmentation.mask.any()
 
 
-def test_a_frame_is_complete_once_and_when_all_has_come(recording: Recording) -> None:
-    for topic in TOPICS:
-        assert recording.complete == 0
-        take(recording, topic, 5)
-    for topic in TOPICS[:3]:
-        take(recording, topic, 5)
-        take(recording, topic, 6)
-    assert recording.complete == 1
-
-
 def test_nodes_are_connected_when_all_of_them_say_so(recording: Recording) -> None:
     counts = {
         f'/person_{k}/{name}': n for k in range(2) for name, n in module._SUBSCRIBERS.items()
@@ -100,9 +87,7 @@ def test_nodes_are_connected_when_all_of_them_say_so(recording: Recording) -> No
 
     def say(name: str, **more: object) -> None:
         values = {'state': 'active', **more}
-        pairs = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
-        status = DiagnosticStatus(name=name, values=pairs)
-        recording._diagnose(DiagnosticArray(status=[status]))
+        recording.status[name] = {key: str(value) for key, value in values.items()}
 
     say(NODES[0], state='inactive', **subscribers)
     for name in NODES[1:]:
@@ -113,64 +98,3 @@ def test_nodes_are_connected_when_all_of_them_say_so(recording: Recording) -> No
     say(NODES[0], skipped=3, **subscribers)
     assert recording.connected()
     assert recording.dropped() == {'gait_tracker': 3}
-
-
-class Played:
-    """Processes of which the source has played four frames, and one node may have died."""
-
-    def __init__(self, stamps: Path, dead: str = '') -> None:
-        self.stamps, self.dead = stamps, dead
-
-    def start(self, name: str, *arguments: str) -> None:
-        self.stamps.write_text(''.join(f'{k} {k + 1}\n' for k in range(4)))
-
-    def ended(self, name: str) -> bool:
-        return True
-
-    def check_running(self, *names: str) -> None:
-        if self.stamps.exists() and self.dead in names:
-            raise ProcessError(f'{self.dead} ended too early')
-
-
-@pytest.fixture
-def played(recording: Recording, tmp_path: Path, monkeypatch) -> SimpleNamespace:
-    """Return what plays a film of which two of four frames come, in a time that is made up."""
-    clock = SimpleNamespace(now_s=0.0)
-    clock.monotonic = lambda: clock.now_s
-
-    def pass_time(seconds: float) -> None:
-        clock.now_s += seconds
-
-    clock.sleep = pass_time
-    monkeypatch.setattr(module, 'time', clock)
-    monkeypatch.setattr(recording, 'connected', lambda: True)
-    recording.complete = 2
-
-    def run(dead: str = '') -> float:
-        film = open_input(Path(__file__).parents[3] / 'docs/images')
-        stamps = tmp_path / 'stamps.txt'
-        module._record(recording, Played(stamps, dead), film, stamps, {})
-        return clock.now_s
-
-    return SimpleNamespace(run=run, clock=clock)
-
-
-@pytest.mark.parametrize('held', [True, False])
-def test_it_ends_when_held_frames_are_handed_out_or_the_rest_is_lost(
-    recording: Recording, played, monkeypatch, held: bool
-) -> None:
-    released = []
-
-    def release() -> None:
-        released.append(played.clock.now_s)
-        recording.complete = 4 if held else 2
-
-    monkeypatch.setattr(recording, 'release_held', release)
-    assert played.run() == pytest.approx(5.0 if held else 10.0, abs=0.2)
-    assert released == [pytest.approx(5.0, abs=0.1)]
-    assert len(recording.published) == 4
-
-
-def test_it_ends_when_a_node_dies_after_the_film(played) -> None:
-    with pytest.raises(ProcessError, match='gait_matcher ended'):
-        played.run('gait_matcher')

@@ -1,16 +1,20 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+from types import SimpleNamespace
+
 import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.geometry import Box
+from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.pipeline import PipelineConfig
 from gait_tools.evaluation.report import comparison_table
 from gait_tools.evaluation.sequence import Sequence
-from gait_tools.evaluation.session import Session, load_sequences, restarts_of
+from gait_tools.evaluation.session import Session, load_sequences
 
-from .fakes import FakePipeline, write_sequence
+from .fakes import FakePipeline, run_sequence, write_sequence
 
 
 @pytest.fixture
@@ -35,14 +39,6 @@ def made(monkeypatch):
     return pipelines
 
 
-def test_all_sequences_are_in_the_report(folders):
-    report = session(folders).evaluate(PipelineConfig())
-    assert list(report['sequences']) == ['a', 'b']
-    assert report['mean']['J'] == 1
-    assert report['mean']['frames'] == 22
-    assert 'restarts' not in report
-
-
 def test_restarts_and_pictures_are_made_when_asked_for(folders, tmp_path):
     asked = session(folders, restarts=True, warm=True)
     report = asked.evaluate(PipelineConfig(), tmp_path / 'out')
@@ -50,12 +46,6 @@ def test_restarts_and_pictures_are_made_when_asked_for(folders, tmp_path):
     assert list(report['restarts']['per_sequence']['b']['starts']) == ['0', '10']
     assert (tmp_path / 'out' / 'b' / 'contact_sheet.png').is_file()
     assert (tmp_path / 'out' / 'a' / 'masks' / '0005.png').is_file()
-
-
-def test_two_sequences_of_one_name_are_refused(folders, tmp_path):
-    again = write_sequence(tmp_path / 'other' / 'a')
-    with pytest.raises(SequenceError, match='a name of its own'):
-        load_sequences([*folders, again])
 
 
 def label_another(folder, people=2):
@@ -93,21 +83,6 @@ def test_restarts_have_one_slot_and_a_box(folders, made):
     assert made[1].box is not None
     assert made[1].config.people.max_people == 1
     assert made[1].config.starting.auto_init == 'none'
-
-
-def test_restarts_begin_at_every_tenth_frame_with_enough_to_follow(tmp_path):
-    sequence = Sequence.load(write_sequence(tmp_path / 'a', frames=16, without_mask=(0,)))
-    assert [numbers for numbers, _ in restarts_of(sequence)] == [[10, 11, 12, 13, 14, 15]]
-    sequence = Sequence.load(write_sequence(tmp_path / 'b', frames=15))
-    # The box of the person with its rim, one pixel wide.
-    assert restarts_of(sequence) == [(list(range(14)), sequence.initial_box)]
-
-
-def test_warm_runs_have_seen_all_frames_before_their_box(folders, made):
-    report = session(folders[1:], restarts=True, warm=True).evaluate(PipelineConfig())
-    assert [len(each.likelihoods) for each in made] == [16, 14, 6, 14, 16]
-    assert list(report['warm']['per_sequence']['b']['starts']) == ['0', '10']
-    assert report['warm']['J0'] == 1
 
 
 @pytest.mark.parametrize(('people', 'slots'), [(1, 3), (2, 3), (4, 4)])
@@ -156,3 +131,76 @@ def test_every_prior_is_evaluated_and_each_switch_is_turned_off_once(folders, re
     assert words[0] == 'tracking.use_texture'
     assert float(words[4]) < -0.4
     assert words[-2] == 'a'
+
+
+@pytest.fixture
+def sequence(tmp_path):
+    return Sequence.load(write_sequence(tmp_path / 'walk'))
+
+
+def test_every_frame_is_run_from_the_first_box_on(sequence):
+    pipeline = FakePipeline()
+    outcomes = run_sequence(pipeline, sequence)
+    assert pipeline.box == sequence.initial_box
+    assert [outcome.number for outcome in outcomes] == list(range(8))
+    assert all(outcome.score.j == 1 for outcome in outcomes)
+    assert all(outcome.seconds == 1 for outcome in outcomes)
+    assert outcomes[0].timings_ms['total'] == 6
+    assert outcomes[0].score.tracked.iou == outcomes[0].score.matched.iou == 1
+
+
+@pytest.mark.parametrize('lag', [1, 3, 10])
+def test_late_results_are_matched_by_stamp(sequence, lag):
+    pipeline = FakePipeline(PipelineConfig(matching=MatchingConfig(lag=lag)))
+    outcomes = run_sequence(pipeline, sequence)
+    assert [outcome.number for outcome in outcomes] == list(range(8))
+    assert all(outcome.score.j == 1 for outcome in outcomes)
+
+
+class Forgetful(FakePipeline):
+    """Says nothing about the first frame, and nothing about the last."""
+
+    def update(self, image, stamp_ns, likelihood=None):
+        results = super().update(image, stamp_ns, likelihood)
+        return [] if len(self.likelihoods) in (1, 8) else results
+
+
+def test_frames_without_a_result_count_as_empty(sequence):
+    outcomes = run_sequence(Forgetful(), sequence)
+    assert [outcome.number for outcome in outcomes] == list(range(8))
+    assert [outcome.score.j for outcome in outcomes] == [0] + 6 * [1] + [0]
+    assert outcomes[0].score.lost
+    assert not outcomes[0].mask.any()
+    assert outcomes[0].timings_ms == {}
+
+
+class Pair(FakePipeline):
+    """Sees somebody else in its first slot, and the red man in its second; a third is lost."""
+
+    def update(self, image, stamp_ns, likelihood=None):
+        (result,) = super().update(image, stamp_ns, likelihood)
+        (person,) = result.people
+        other = np.zeros_like(person.segmentation.mask)
+        other[6:35, 30:40] = 255
+        first = SimpleNamespace(
+            track=SimpleNamespace(track_id=8, box=Box(30, 6, 10, 29), body=None, state='tracked'),
+            match=person.match,
+            segmentation=SimpleNamespace(mask=other),
+        )
+        lost = SimpleNamespace(
+            track=SimpleNamespace(track_id=9, box=None, body=None, state='lost'),
+            match=person.match,
+            segmentation=SimpleNamespace(mask=np.zeros_like(other)),
+        )
+        result.people = (first, person, lost)
+        return [result]
+
+
+def test_all_slots_that_see_somebody_are_told_and_the_fitting_one_is_scored(sequence):
+    outcomes = run_sequence(Pair(), sequence)
+    assert [outcome.score.j for outcome in outcomes] == [1] * 8
+    assert [[each.track.track_id for each in outcome.people] for outcome in outcomes] == [
+        [8, 1]
+    ] * 8
+    assert outcomes[0].people[0].track.box == Box(30, 6, 10, 29)
+    assert outcomes[0].people[1].segmentation.mask is outcomes[0].mask

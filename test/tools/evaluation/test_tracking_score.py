@@ -1,7 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 import json
-import sys
 
 import numpy as np
 import pytest
@@ -9,10 +8,8 @@ import pytest
 from gait_segmentation.geometry import Box
 from gait_tools.evaluation.tracking_score import (
     Attendance,
-    Sighting,
     TrackingScore,
     first_frames,
-    mot_scores,
 )
 
 from .fakes import found_person
@@ -75,32 +72,6 @@ def test_exchanged_ids_are_two_switches_but_cost_no_overlap():
     assert numbers['people']['1']['ids'] == [4, 9]
 
 
-def test_who_is_held_stays_with_the_track_while_both_fit():
-    truth = [{1: 20}] * 3
-    numbers = score(truth, [{4: 20}, {4: 22, 9: 20}, {9: 20, 4: 22}])
-    assert numbers['id_switches'] == 0
-    assert numbers['people']['1']['ids'] == [4]
-
-
-def test_who_is_hidden_for_a_while_stays_with_the_track_of_before():
-    numbers = score([{1: 20}, {}, {1: 20}], [{4: 20}, {}, {4: 22, 9: 20}])
-    assert numbers['people']['1']['ids'] == [4]
-
-
-def test_of_two_tracks_the_one_with_the_better_mask_is_the_persons():
-    labels = labels_of({1: 20})
-    scores = TrackingScore(Attendance([(0, labels)], FPS, SIZE), {1: 0})
-    # The boxes are the other way round.
-    tracks = [
-        found_person(4, Box(22, 5, 10, 30), mask_at(26)),
-        found_person(9, Box(26, 5, 10, 30), mask_at(22)),
-    ]
-    scores.add(0, labels, tracks)
-    numbers = scores.numbers()
-    assert numbers['J'] == pytest.approx(8 / 12)
-    assert numbers['box_iou'] == pytest.approx(4 / 16)
-
-
 def test_nobody_there_is_lost_frames_and_no_overlap():
     truth = [{1: 20}] * 4
     numbers = score(truth, [{4: 20}, {}, {4: 70}, {4: 22}])
@@ -147,27 +118,6 @@ def test_times_to_lock_and_to_recover():
     assert score(truth, [{}] * 30)['never_locked'] == 1
 
 
-def test_who_is_held_before_counting_is_locked_but_neither_switches_nor_recovers():
-    truth = [{} if n in (3, 8) else {1: 20} for n in range(12)]
-    found = [{(4 if n < 5 else 5 if n < 7 else 6): 20} for n in range(12)]
-    numbers = score(truth, found, {5: (Box(20, 5, 10, 30),)})['people']['1']
-    assert numbers['ids'] == [5, 6]
-    assert numbers['id_switches'] == 1
-    assert numbers['lock_seconds'] == 0
-    assert numbers['recovery_seconds'] == [0.0]
-    assert numbers['frames'] == 6
-
-
-def test_people_count_from_their_box_on():
-    truth = [{1: 10, 2: 60} for _ in range(10)]
-    found = [{4: 10} if n < 4 else {4: 10, 9: 60} for n in range(10)]
-    starts = {0: (Box(10, 5, 10, 30),), 4: (Box(60, 5, 10, 30),)}
-    numbers = score(truth, found, starts)
-    assert numbers['lost_frames'] == 0
-    assert numbers['people']['2']['frames'] == 6
-    assert score(truth, found)['lost_frames'] == 4
-
-
 def test_switches_are_those_of_motmetrics():
     motmetrics = pytest.importorskip('motmetrics')
     rng = np.random.default_rng(3)
@@ -195,82 +145,3 @@ def test_switches_are_those_of_motmetrics():
     # Where three people cross one may cover the other: frames in which not all three count.
     assert numbers['id_switches'] == pytest.approx(known['num_switches'], abs=1)
     assert numbers['mota'] == pytest.approx(known['mota'], abs=0.1)
-
-
-def test_a_switch_a_miss_and_a_false_box():
-    pytest.importorskip('motmetrics')
-    frames = [
-        ((1,), (7,), np.array([[0.9]])),
-        ((1,), (8,), np.array([[0.9]])),
-        ((1,), (8,), np.array([[0.2]])),
-        ((1,), (), np.zeros((1, 0))),
-    ]
-    scores = mot_scores(frames)
-    # A switch, two misses and a false box in four.
-    assert scores['mota'] == pytest.approx(0.0)
-    # One identity holds in one frame of four, and three boxes were given.
-    assert scores['idf1'] == pytest.approx(2 * 1 / (4 + 3))
-    assert mot_scores([((), (), np.zeros((0, 0)))]) == {'mota': None, 'idf1': None}
-
-
-def test_without_the_package_there_are_none(monkeypatch):
-    monkeypatch.setitem(sys.modules, 'motmetrics', None)
-    assert mot_scores([((1,), (7,), np.array([[0.9]]))]) == {}
-
-
-def attendance(columns_of, frames=20, fps=5.0):
-    """Draw people as columns x to x + width of an image of 60 x 40."""
-
-    def labels(number):
-        drawn = np.zeros((40, 60), np.uint8)
-        for person, columns in columns_of(number).items():
-            drawn[5:35, columns] = person
-        return drawn
-
-    return Attendance(((n, labels(n)) for n in range(frames)), fps, (60, 40))
-
-
-def coming(number):
-    """One comes in from the left by two columns a frame; two stands from frame 4 on."""
-    return {1: slice(max(2 * number - 10, 0), max(2 * number, 0))} | (
-        {2: slice(40, 50)} if number >= 4 else {}
-    )
-
-
-def test_sightings_are_boxes_and_areas():
-    seen = attendance(coming)
-    assert seen.people == (1, 2)
-    assert seen.sighting(1, 0) is None
-    assert seen.sighting(1, 3) == Sighting(Box(0, 5, 6, 30), 180)
-    assert set(seen.sightings(5)) == {1, 2}
-    assert seen.sighting(9, 5) is None
-
-
-def test_who_touches_the_border_is_not_whole():
-    seen = attendance(coming)
-    assert seen.first_whole(1) == 6
-    assert seen.first_whole(2) == 4
-    at_border = attendance(lambda number: {1: slice(0, 10)})
-    assert at_border.first_whole(1) == 0
-
-
-def test_little_of_somebody_is_not_seeing_them():
-    # A second is five frames: what is seen at 1 is next to nothing of what is seen at 5.
-    seen = attendance(lambda number: {1: slice(20, 21 if number < 3 else 32)})
-    assert seen.seen(1)[0] == 3
-    partly = attendance(lambda number: {1: slice(20, 26 if number < 3 else 32)})
-    assert partly.seen(1)[0] == 0
-    assert partly.first_whole(1) == 3
-
-
-def test_who_was_hidden_returns():
-    seen = attendance(lambda number: {} if 7 <= number < 12 else {1: slice(20, 30)})
-    assert seen.returns(1) == [12]
-    assert attendance(coming).returns(2) == []
-
-
-def test_boxes_belong_to_people():
-    seen = attendance(coming)
-    assert seen.person_at(Box(39, 4, 12, 32), 6) == 2
-    assert seen.person_at(Box(20, 4, 12, 32), 6) is None
-    assert seen.person_at(Box(39, 4, 12, 32), 99) is None

@@ -64,12 +64,13 @@ _DRAWN = ('builds', 'azimuths', 'elevation')
 """What of a :class:`BankSpec` does not matter to silhouettes that are given."""
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    made = argparse.ArgumentParser(
         prog='gait_bank',
         description='Make, show and describe banks of walking silhouettes (template banks).',
     )
-    commands = parser.add_subparsers(dest='command', required=True, metavar='COMMAND')
+    commands = made.add_subparsers(dest='command', required=True, metavar='COMMAND')
     build = commands.add_parser(
         'build',
         help='make a bank from the gait model or from silhouettes',
@@ -133,7 +134,7 @@ def _parser() -> argparse.ArgumentParser:
     info.add_argument('bank', nargs='?', help='a bank file; the standard bank if left out')
     info.add_argument('--json', action='store_true', help='print JSON')
     vocabulary.add_parser(commands)
-    return parser
+    return made
 
 
 def _azimuths(options: argparse.Namespace) -> list[float]:
@@ -305,7 +306,7 @@ def main(argv: list[str] | None = None) -> int:
     :param argv: arguments without the program's name; those of the process if None.
     :returns: 0, 2 after an error, 130 if interrupted.
     """
-    return run_tool('gait_bank', lambda: _run(_parser().parse_args(argv)))
+    return run_tool('gait_bank', lambda: _run(parser().parse_args(argv)))
 
 
 if __name__ == '__main__':

@@ -183,11 +183,11 @@ def play(
         for name in NODES:
             processes.start_node(name, *words)
         with closing(Recording(people)) as recording:
-            _record(recording, processes, film, logs / 'stamps.txt', reading)
+            record(recording, processes, film, logs / 'stamps.txt', reading)
         return recording
 
 
-def _record(
+def record(
     recording: Recording,
     processes: ProcessGroup,
     film: ImageSource,

@@ -4,14 +4,19 @@
 
 from __future__ import annotations
 
+import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
 import pytest
+import yaml
+from geometry_msgs.msg import PoseWithCovarianceStamped
+from sensor_msgs.msg import Image
+from visualization_msgs.msg import MarkerArray
 
 from gait_segmentation.detector.client import PYTHON
 from gait_segmentation.nodes.detector_node import DetectorNode
@@ -111,3 +116,40 @@ def test_each_node_may_do_what_it_does_and_nothing_else(bench: Bench, name: str)
 def test_there_is_an_enclave_for_every_node() -> None:
     paths = [each.get('path') for each in ElementTree.parse(POLICY).iterfind('.//enclave')]
     assert paths == [f'/gait/{name}' for name in KINDS]
+
+
+CONFIG = Path(__file__).parents[2] / 'config'
+SHOWN_KINDS = {
+    'Image': Image,
+    'MarkerArray': MarkerArray,
+    'PoseWithCovariance': PoseWithCovarianceStamped,
+}
+
+
+def strings(values: Any) -> Iterator[str]:
+    """Yield the texts in nested lists and dictionaries, keys as well."""
+    if isinstance(values, dict):
+        for name, value in values.items():
+            yield from (name, *strings(value))
+    elif isinstance(values, list):
+        for value in values:
+            yield from strings(value)
+    elif isinstance(values, str):
+        yield values
+
+
+def test_all_that_rviz_and_foxglove_show_is_published(bench: Bench) -> None:
+    nodes = [bench.add(kind) for kind in (PipelineNode, LocalizerNode)]
+    made = {each.topic_name: each.msg_type for node in nodes for each in node.publishers}
+    view = yaml.safe_load((CONFIG / 'gait_segmentation.rviz').read_text(encoding='utf-8'))
+    shown = [each for each in view['Visualization Manager']['Displays'] if 'Topic' in each]
+    assert len(shown) == 3
+    for each in shown:
+        kind = SHOWN_KINDS[each['Class'].removeprefix('rviz_default_plugins/')]
+        assert made[each['Topic']['Value']] is kind
+    layout = json.loads((CONFIG / 'foxglove_layout.json').read_text(encoding='utf-8'))
+    named = {text.partition('.')[0] for text in strings(layout) if text.startswith('/')}
+    assert len(named) >= 7
+    assert named <= set(made)
+    panels = {text for text in strings(layout['layout']) if '!' in text}
+    assert panels == set(layout['configById'])

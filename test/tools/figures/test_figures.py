@@ -5,17 +5,22 @@ from __future__ import annotations
 import math
 import shutil
 from dataclasses import replace
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from gait_segmentation.config import replaced
 from gait_segmentation.errors import SequenceError
+from gait_segmentation.gait_model.bank import quantize
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
+from gait_segmentation.results import MatchResult
+from gait_tools.figures.pictures import TILE, chosen, draw_frames, table_of
 from gait_tools.figures.walk import (
     Phases,
+    Shot,
     Walk,
     figured,
     mean_scores,
@@ -25,7 +30,17 @@ from gait_tools.figures.walk import (
 )
 from test.walkers import small_bank
 
-from .shots import EXAMPLE, short
+EXAMPLE = Path(__file__).parents[3] / 'examples/walker'
+
+
+@cache
+def short(frames: int = 8) -> tuple[Shot, ...]:
+    """Return the first frames of the example."""
+    whole = open_walk(EXAMPLE, None)
+    walk = Walk(
+        'short', whole.box, lambda: (each for each in whole.frames() if each.number < frames)
+    )
+    return tuple(record(Pipeline(figured(PipelineConfig()), small_bank()), walk))
 
 
 def test_a_sequence_has_box_truth_and_phases():
@@ -62,24 +77,6 @@ def test_phases_that_are_none_are_refused(phases, tmp_path):
     assert math.isnan(next(open_walk(folder, None).frames()).phase)
 
 
-def test_every_frame_comes_back_also_with_a_lag():
-    walk = Walk('two', open_walk(EXAMPLE, None).box, lambda: (shot.given for shot in short()))
-    config = figured(replaced(PipelineConfig(), 'matching', 'lag', 3))
-    shots = record(Pipeline(config, small_bank()), walk)
-    assert [shot.given.number for shot in shots] == list(range(8))
-    assert all(shot.match.stamp_ns == shot.given.stamp_ns for shot in shots)
-
-
-def test_a_walk_without_anybody_is_an_error():
-    class Nobody:
-        def __getattr__(self, name):
-            return lambda *_: []
-
-    walk = open_walk(EXAMPLE, None)
-    with pytest.raises(SequenceError, match='nobody was tracked'):
-        record(Nobody(), walk)
-
-
 TRUE = np.arange(10) / 20
 
 
@@ -87,24 +84,11 @@ def made(path: np.ndarray, true: np.ndarray = TRUE) -> Phases:
     return Phases(np.arange(len(path)), path, path, true)
 
 
-def test_half_a_stride_may_be_off_for_the_whole_clip_but_not_for_some_frames():
-    off = made((TRUE + 0.5) % 1)
-    assert off.rms(off.path) == pytest.approx(0, abs=1e-9)
-    assert np.allclose(off.shown_truth(), (TRUE + 0.5) % 1)
-    half = (TRUE + np.where(np.arange(10) < 5, 0.5, 0)) % 1
-    assert made(half).rms(half) > 30
-
-
 def test_steps_back_are_counted_and_the_turn_of_the_stride_is_none():
     path = np.array([0.9, 0.95, 0.05, 0.0, 0.1])
     assert made(path, TRUE[:5]).backward(path) == 25
     assert made(path, TRUE[:5]).backward(path[:1]) == 0
     assert made(path, TRUE[:5]).backward(np.array([0.1, 0.1, 0.2])) == 0
-
-
-def test_without_truth_there_is_no_error():
-    phases = made(TRUE, np.full(10, np.nan))
-    assert math.isnan(phases.rms(phases.path))
 
 
 def test_the_path_is_matched_and_each_frame_alone():
@@ -127,3 +111,42 @@ def test_ambiguous_pixels_count_nothing_and_frames_without_truth_are_left_out() 
     count, error, j = mean_scores([replace(s, mask=np.zeros_like(s.mask)) for s in short()])
     assert (count, j) == (8, 0)
     assert 5 < error < 50
+
+
+@pytest.mark.parametrize('levels', [8, 256])
+def test_the_table_adds_what_comparing_would(levels):
+    shot, bank = short()[4], small_bank()
+    table = table_of(shot, bank, MatchingConfig(levels=levels))
+    templates = quantize(bank.templates[shot.match.sequence], levels)
+    here = templates[:, table.row, table.column]
+    assert (table.values == here[table.order]).all()
+    assert (np.diff(table.values.astype(int)) >= 0).all()
+    steps = (np.diff(np.sort(templates, axis=0).astype(int), axis=0) > 0).sum(axis=0)
+    clear = (table.likelihood >= 30) & (table.likelihood <= 225)
+    assert steps[table.row, table.column] == steps[clear].max()
+    for value in range(256):
+        assert table.split[value] == (here <= value).sum()
+
+
+def test_frames_are_spread_and_those_without_a_match_left_out():
+    shots = list(short())
+    assert [shot.given.number for shot in chosen(shots, 3)] in ([0, 4, 7], [0, 3, 7])
+    nobody = MatchResult.nobody(1, 0, (10, 10))
+    shots[0] = replace(shots[0], match=nobody)
+    assert chosen(shots, 2)[0].given.number == 1
+    assert len(chosen(shots, 99)) == 7
+
+
+def test_four_pictures_of_each_frame_are_drawn():
+    shots = chosen(short(), 3)
+    sheet = draw_frames(shots, 12)
+    width, height = TILE
+    assert sheet.shape == (4 * (height + 4) + 4, 3 * (width + 4) + 4, 3)
+    first = sheet[4 : 4 + height, 4 : 4 + width].astype(int)
+    blue, green, red = np.moveaxis(first, 2, 0)
+    assert ((red > 180) & (green < 100) & (blue < 100)).sum() > 100
+    assert ((green > 180) & (red < 110) & (blue < 110)).sum() > 100
+    mask = sheet[-height - 4 : -4, 4 : 4 + width]
+    assert (mask == 255).all(axis=2).mean() > 0.4
+    bare = [replace(each, given=each.given._replace(truth=None)) for each in shots]
+    assert draw_frames(bare, 12).shape == sheet.shape

@@ -2,16 +2,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import argparse
 import importlib.util
 import sys
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.paper.vocabulary import VocabularyError
-from gait_tools.gait_model import BankSpec, build_bank
+from gait_segmentation.paper.vocabulary import Vocabulary, VocabularyError
+from gait_tools.cli import vocabulary as command
+from gait_tools.gait_model import BankSpec, build_bank, render_silhouette
 from gait_tools.vocabulary_training import (
     Silhouette,
     VocabularySpec,
@@ -31,18 +34,6 @@ SPEC = VocabularySpec(words=4, points=1500)
 @pytest.fixture(scope='module')
 def silhouettes() -> list[Silhouette]:
     return list(bank_silhouettes(build_bank(BankSpec(azimuths=4, phases=4, levels=256))))
-
-
-@needs_sklearn
-def test_words_are_deterministic(silhouettes: list[Silhouette]) -> None:
-    first, second = (learn_vocabulary(silhouettes, SPEC, 'a test') for _ in range(2))
-    np.testing.assert_array_equal(first.means, second.means)
-    np.testing.assert_array_equal(first.covariances, second.covariances)
-    np.testing.assert_array_equal(first.weights, second.weights)
-    assert first.words == 4
-    assert (np.diff(first.means[:, 1]) >= 0).all()
-    assert first.provenance['source'] == 'a test'
-    assert first.provenance['silhouettes'] == '16'
 
 
 @needs_sklearn
@@ -72,25 +63,6 @@ def test_a_square_has_its_outline_at_its_place() -> None:
     np.testing.assert_allclose(z[side, 2], 0.35, atol=1e-4)
 
 
-@pytest.mark.parametrize('factor', [0.4, 3])
-def test_near_and_far_people_count_alike(silhouettes: list[Silhouette], factor: float) -> None:
-    mask = np.where(silhouettes[5].mask > 127, 255, 0).astype(np.uint8)
-    large = cv2.resize(mask, None, fx=factor, fy=factor, interpolation=cv2.INTER_NEAREST)
-    (one,), (other,) = mask_silhouettes([mask]), mask_silhouettes([large])
-    assert one.body.height == other.body.height
-    z, found = (outline_features([each], SPEC)[0] for each in (one, other))
-    assert len(found) == pytest.approx(len(z), rel=0.1)
-    away = np.linalg.norm(found[:, None, :2] - z[None, :, :2], axis=2).min(axis=1)
-    assert away.max() < 0.04
-
-
-def test_a_mask_that_fills_its_image_keeps_its_outline() -> None:
-    (silhouette,) = mask_silhouettes([np.full((60, 20), 255, np.uint8)])
-    z, _ = outline_features([silhouette], SPEC)
-    assert z[:, 1].min() < 0.1
-    assert z[:, 1].max() > 0.9
-
-
 def test_what_is_too_little_is_refused(silhouettes: list[Silhouette]) -> None:
     small = np.zeros((40, 40), np.uint8)
     small[10:20, 10:15] = 255
@@ -100,8 +72,6 @@ def test_what_is_too_little_is_refused(silhouettes: list[Silhouette]) -> None:
     assert len(mask_silhouettes([small, large])) == 1
     with pytest.raises(VocabularyError, match='at least 40 outline points, got 0'):
         outline_features([], SPEC)
-    with pytest.raises(ConfigError, match='words must be'):
-        VocabularySpec(words=0)
     with pytest.raises(ConfigError, match='at least 10 for each of 100 words, got 999'):
         VocabularySpec(words=100, points=999)
 
@@ -112,3 +82,52 @@ def test_a_missing_scikit_learn_is_named(
     monkeypatch.setitem(sys.modules, 'sklearn.cluster', None)
     with pytest.raises(VocabularyError, match='pip install scikit-learn'):
         learn_vocabulary(silhouettes, SPEC)
+
+
+QUICK = ['--words', '3', '--points', '500']
+
+
+def run(*arguments: str) -> None:
+    parser = argparse.ArgumentParser()
+    command.add_parser(parser.add_subparsers(dest='command'))
+    command.run(parser.parse_args(['vocabulary', *arguments]))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    made = tmp_path / 'walk'
+    made.mkdir()
+    for index in range(6):
+        mask = render_silhouette(index / 6, 0.0, 80)
+        cv2.imwrite(str(made / f'{index}.png'), mask)
+    return made
+
+
+@needs_sklearn
+def test_words_of_a_folder(
+    tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    output, picture = tmp_path / 'words.json', tmp_path / 'words.png'
+    run(str(output), '--from', str(folder), '--picture', str(picture), *QUICK)
+    assert '3 words from 6 silhouettes (500 of ' in capsys.readouterr().out
+    made = Vocabulary.load(output)
+    assert made.words == 3
+    assert made.provenance['source'] == 'folders walk'
+    assert cv2.imread(str(picture)).shape == (384, 7 * 256, 3)
+    run(str(tmp_path / 'again.json'), '--from', str(folder), '--quiet', *QUICK)
+    assert capsys.readouterr().out == ''
+    assert (tmp_path / 'again.json').read_bytes() == output.read_bytes()
+
+
+def test_the_model_is_the_default(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    seen = []
+
+    def learn(silhouettes: list, spec: object, source: str) -> Vocabulary:
+        seen.append((len(silhouettes), source))
+        return Vocabulary(np.ones(1), np.zeros((1, 4)), np.eye(4)[None], 0.35, 0.9, 0.67)
+
+    monkeypatch.setattr(command, 'learn_vocabulary', learn)
+    run(str(tmp_path / 'words.json'), '--quiet')
+    assert seen[0][0] >= 400
+    assert seen[0][1] == 'gait model'
+    assert Vocabulary.load(tmp_path / 'words.json').words == 1
