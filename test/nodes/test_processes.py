@@ -59,7 +59,7 @@ def finish(process: subprocess.Popen[str], code: int = 0) -> str:
 
 @pytest.mark.parametrize(
     ('example', 'number'),
-    [(False, signal.SIGINT), (True, signal.SIGTERM)],
+    [(False, signal.SIGTERM), (True, signal.SIGINT)],
     ids=['node', 'example of two in a process'],
 )
 def test_a_node_ends_cleanly(
