@@ -320,8 +320,8 @@ class PeopleTracker:
                 continue
             if target.state == TRACKED:
                 trial.see(self._finder.evidence(target.body))
-            gone = target.state == LOST and target.is_inside
-            if gone or (trial.is_ripe(self._stamp_ns) and not trial.is_passed()):
+            vanished = target.state == LOST and target.is_inside
+            if trial.is_failed(self._stamp_ns, vanished=vanished):
                 self._slots[slot] = None
                 self._finder.refute(target.body)
             elif not trial.is_over(self._stamp_ns):
