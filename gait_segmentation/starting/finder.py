@@ -49,8 +49,11 @@ too much may have changed.
 _SAME = 0.4
 """Share of the smaller of two boxes that is common to boxes of the same person."""
 
-_NOBODY_S = 10.0
-"""Time for which nobody is looked for in a place where somebody was found who was nobody."""
+_NOBODY_S, _STRICTER, _STRICTEST = 10.0, 10.0, 30.0
+"""
+Time for which a place is remembered where somebody was found who was nobody, by how much more
+evidence is asked for in it, and at most: people come close to it in some seconds.
+"""
 
 _MOST, _LOST_S = 24, 0.3
 """Candidates followed at a time, and time for which one may go unseen."""
@@ -227,8 +230,7 @@ class WalkerFinder:
             [box.scaled(self._scale) for box in boxes] for boxes in (occupied, tried)
         )
         self._nobody = [each for each in self._nobody if seconds < each[1]]
-        hidden = [*taken, *(box for box, _ in self._nobody)]
-        frame = self._scene.update(image, stamp_ns, hidden)
+        frame = self._scene.update(image, stamp_ns, taken, [box for box, _ in self._nobody])
         wanted = wanted and self.config.auto_init != 'none'
         self._follow(frame, seconds)
         self._judged = []
@@ -250,7 +252,7 @@ class WalkerFinder:
 
     def refute(self, box: Box) -> None:
         """
-        Take in that somebody found was nobody: where that moves nobody is looked for, for a time.
+        Take in that somebody found was nobody: more is asked for where that moves, for a time.
 
         :param box: where they are, in source pixels.
         """
@@ -261,7 +263,9 @@ class WalkerFinder:
             if each.box.iou(place) > 0:
                 place = place.union(each.trail)
         self._nobody.append((place, self._stamp_ns / 1e9 + _NOBODY_S))
-        self._candidates = [each for each in self._candidates if each.box.iou(place) == 0]
+        for each in self._candidates:
+            if each.box.iou(place) > 0:
+                each.evidence = 0.0
 
     def _there(self, box: Box) -> list[Candidate]:
         known = [box.scaled(self._scale)]
@@ -308,7 +312,8 @@ class WalkerFinder:
         size = frame.silhouettes.shape[::-1]
         shapes = [normalised(frame.silhouettes[each.blob.box.slices(*size)]) for each in seen]
         likeness = [0.0 if shape is None else self._shapes.likeness(shape) for shape in shapes]
-        clutter = {blob.number: float(blob.area) for blob in frame.blobs}
+        nobody = [box for box, _ in self._nobody]
+        clutter = {b.number: 0.0 if belongs(b.box, nobody) else b.area * 1.0 for b in frame.blobs}
         for each, alike in zip(seen, likeness, strict=True):
             clutter[each.blob.number] *= 1 - alike
         total = sum(clutter.values())
@@ -331,7 +336,9 @@ class WalkerFinder:
             passed = min(seconds - each.judged, _LATE_S) if each.judged else 0.0
             each.judged = seconds
             each.evidence = max(each.evidence + passed * log_odds(measures), 0.0)
-            if each.evidence >= self.config.least_evidence and not belongs(each.box, tried):
+            errors = sum(belongs(each.box, [box]) for box in nobody)
+            needed = min(_STRICTER**errors, _STRICTEST) * self.config.least_evidence
+            if each.evidence >= needed and not belongs(each.box, tried):
                 found.append(blob.box)
         return sorted(found, key=lambda box: -box.height)
 

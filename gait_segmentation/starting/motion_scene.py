@@ -64,6 +64,9 @@ How near something must have been in the frame before that is not fleeting, the 
 that is fleeting in rain or snow, in the mean of some frames, and what a frame counts in it.
 """
 
+_RIM = 5
+"""Width of the rim of a box that keeps what moves in it apart."""
+
 _UNKNOWN = 140
 """Likelihood where something moves before a background that has never been seen."""
 
@@ -147,7 +150,11 @@ class MotionScene:
         return self._model if shape == self._shape else self._model.resized(shape)
 
     def update(
-        self, image: NDArray[np.uint8], stamp_ns: int, taken: Sequence[Box] = ()
+        self,
+        image: NDArray[np.uint8],
+        stamp_ns: int,
+        taken: Sequence[Box] = (),
+        apart: Sequence[Box] = (),
     ) -> SceneFrame:
         """
         Take in a frame.
@@ -156,6 +163,7 @@ class MotionScene:
         :param stamp_ns: its stamp, later than the last frame's.
         :param taken: boxes in the searched image in which nobody is looked for, because it is
             known who is there.
+        :param apart: boxes in which what moves does not hang together with what moves outside.
         """
         seconds = stamp_ns / 1e9
         frame = WorkingImage.of(image, stamp_ns, self._shape, self._light, self._contrast)
@@ -181,6 +189,10 @@ class MotionScene:
         if fresh:
             self._forget()
             evidence[:] = likelihood[:] = 0
+        for box in apart:
+            corners = (round(box.x), round(box.y)), (round(box.right), round(box.bottom))
+            for each in (evidence, moving):
+                cv2.rectangle(each, *corners, 0, _RIM)
         blobs, silhouettes = find_blobs(evidence, moving)
         filled = silhouettes.copy()
         for window in windows:
@@ -192,9 +204,7 @@ class MotionScene:
         shift = x - width / 2, y - height / 2
         return SceneFrame(likelihood, blobs, silhouettes, shift, fresh)
 
-    def _lasting(
-        self, evidence: NDArray[np.uint8], step: WorldMotion
-    ) -> NDArray[np.uint8] | None:
+    def _lasting(self, evidence: NDArray[np.uint8], step: WorldMotion) -> NDArray[np.uint8] | None:
         """Return what was there in the last frame, too, (h, w) uint8, None in fair weather."""
         before, self._evidence = self._evidence, evidence
         lasting = cv2.dilate(step.warped(before, _all_of(before)), _NEAR)
