@@ -77,9 +77,9 @@ class Candidate:
     Somebody or something that moves and is followed.
 
     ``box`` is its smoothed box in the newest frame, ``trail`` the box of all places where it has
-    been, ``speed`` that of its centre against the world in pixels a second.  ``blob`` is what was seen of it last, at ``seen`` seconds.
-    ``shapes`` holds (seconds, normalised shape) of the last frames, ``evidence`` the sum of the
-    log-odds that it walks, in seconds, as of ``judged``.
+    been, ``speed`` that of its centre against the world in pixels a second.  ``blob`` is what was
+    seen of it last, at ``seen`` seconds.  ``shapes`` holds (seconds, normalised shape) of the last
+    frames, ``evidence`` the sum of the log-odds that it walks, in seconds, as of ``judged``.
     """
 
     box: Box
@@ -257,15 +257,11 @@ class WalkerFinder:
         :param box: where they are, in source pixels.
         """
         place = box.scaled(self._scale)
-        for each in self._there(box):
-            place = place.union(each.trail)
         for each in self._candidates:
             if each.box.iou(place) > 0:
                 place = place.union(each.trail)
-        self._nobody.append((place, self._stamp_ns / 1e9 + _NOBODY_S))
-        for each in self._candidates:
-            if each.box.iou(place) > 0:
                 each.evidence = 0.0
+        self._nobody.append((place, self._stamp_ns / 1e9 + _NOBODY_S))
 
     def _there(self, box: Box) -> list[Candidate]:
         known = [box.scaled(self._scale)]
