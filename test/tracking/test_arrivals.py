@@ -21,7 +21,7 @@ from gait_segmentation.tracking.world import World
 from test.tracking.figures import GREEN, RED, STEP_NS, Figure, Told, ids, picture, step, walk
 from test.walkers import small_bank
 
-ON_TRIAL = 26
+ON_TRIAL = 77
 """Frames until it is settled whether somebody found is a person."""
 
 
