@@ -180,15 +180,15 @@ class MotionScene:
             likelihood[window] = moving[window] = 0
         _, evidence = cv2.threshold(likelihood, 127, 255, cv2.THRESH_BINARY)
         evidence = cv2.bitwise_or(evidence, moving)
+        fresh = cv2.countNonZero(evidence) > _BROKEN * evidence.size
+        if fresh:
+            self._forget()
+            evidence[:] = likelihood[:] = 0
         lasting = self._lasting(evidence, step)
         if lasting is not None:
             evidence, moving, likelihood = (
                 cv2.bitwise_and(each, lasting) for each in (evidence, moving, likelihood)
             )
-        fresh = cv2.countNonZero(evidence) > _BROKEN * evidence.size
-        if fresh:
-            self._forget()
-            evidence[:] = likelihood[:] = 0
         for box in apart:
             corners = (round(box.x), round(box.y)), (round(box.right), round(box.bottom))
             for each in (evidence, moving):
