@@ -200,7 +200,8 @@ def test_a_walker_is_found_in_rain() -> None:
         for x, y in rng.integers(0, image.shape[1::-1], (120, 2)).tolist():
             cv2.line(image, (x, y), (x - 2, y + 14), (230, 230, 230), 1, cv2.LINE_AA)
     (number, box), *_ = run(rainy)
-    assert box.iou(box_of(clip(pan=0.0, frames=40)[number])) > 0.6
+    assert number < 20
+    assert box.iou(box_of(clip(pan=0.0, frames=40)[number])) > 0.5
 
 
 PERIOD = 0.04
