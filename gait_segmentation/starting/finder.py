@@ -49,10 +49,10 @@ too much may have changed.
 _SAME = 0.4
 """Share of the smaller of two boxes that is common to boxes of the same person."""
 
-_STRICTER, _STRICTEST = 10.0, 30.0
+_NOBODY_S, _STRICTER, _STRICTEST = 10.0, 10.0, 30.0
 """
-By how much more evidence is asked for after each who was found and was nobody, and at most: people
-come close to it in some seconds.
+Time for which a place is remembered where somebody was found who was nobody, by how much more
+evidence is asked for in it, and at most: people come close to it in some seconds.
 """
 
 _MOST, _LOST_S = 24, 0.3
@@ -76,13 +76,14 @@ class Candidate:
     """
     Somebody or something that moves and is followed.
 
-    ``box`` is its smoothed box in the newest frame, ``speed`` that of its centre against the
-    world in pixels a second.  ``blob`` is what was seen of it last, at ``seen`` seconds.
-    ``shapes`` holds (seconds, normalised shape) of the last frames, ``evidence`` the sum of the
-    log-odds that it walks, in seconds, as of ``judged``.
+    ``box`` is its smoothed box in the newest frame, ``trail`` the box of all places where it has
+    been, ``speed`` that of its centre against the world in pixels a second.  ``blob`` is what was
+    seen of it last, at ``seen`` seconds.  ``shapes`` holds (seconds, normalised shape) of the last
+    frames, ``evidence`` the sum of the log-odds that it walks, in seconds, as of ``judged``.
     """
 
     box: Box
+    trail: Box
     blob: Blob
     seen: float
     speed: tuple[float, float] = (0.0, 0.0)
@@ -109,6 +110,7 @@ class Candidate:
             before.width + rate * (box.width - before.width),
             before.height + rate * (box.height - before.height),
         )
+        self.trail = self.trail.union(box)
         self.blob, self.seen = blob, seconds
         self.sightings += 1
 
@@ -156,7 +158,7 @@ def follow(
             continue
         if blob.moving < _LEAST_MOVING * blob.area:
             continue
-        kept.append(Candidate(box, blob, seconds))
+        kept.append(Candidate(box, box, blob, seconds))
     return kept
 
 
@@ -184,7 +186,7 @@ class WalkerFinder:
         self._stamp_ns = 0
         self._candidates: list[Candidate] = []
         self._judged: list[tuple[Box, dict[str, float]]] = []
-        self._needed = 1.0
+        self._nobody: list[tuple[Box, float]] = []
 
     def update(
         self,
@@ -227,7 +229,8 @@ class WalkerFinder:
         taken, doubtful = (
             [box.scaled(self._scale) for box in boxes] for boxes in (occupied, tried)
         )
-        frame = self._scene.update(image, stamp_ns, taken)
+        self._nobody = [each for each in self._nobody if seconds < each[1]]
+        frame = self._scene.update(image, stamp_ns, taken, [box for box, _ in self._nobody])
         wanted = wanted and self.config.auto_init != 'none'
         self._follow(frame, seconds)
         self._judged = []
@@ -249,13 +252,16 @@ class WalkerFinder:
 
     def refute(self, box: Box) -> None:
         """
-        Take in that somebody found was nobody: more is asked for of everybody from now on.
+        Take in that somebody found was nobody: more is asked for where that moves, for a time.
 
         :param box: where they are, in source pixels.
         """
-        self._needed = min(self._needed * _STRICTER, _STRICTEST)
-        for each in self._there(box):
-            each.evidence = 0.0
+        place = box.scaled(self._scale)
+        for each in self._candidates:
+            if each.box.iou(place) > 0:
+                place = place.union(each.trail)
+                each.evidence = 0.0
+        self._nobody.append((place, self._stamp_ns / 1e9 + _NOBODY_S))
 
     def _there(self, box: Box) -> list[Candidate]:
         known = [box.scaled(self._scale)]
@@ -274,7 +280,8 @@ class WalkerFinder:
     def _follow(self, frame: SceneFrame, seconds: float) -> None:
         dx, dy = frame.shift
         for each in self._candidates:
-            each.box = each.box.shifted(dx, dy)
+            each.box, each.trail = each.box.shifted(dx, dy), each.trail.shifted(dx, dy)
+        self._nobody = [(box.shifted(dx, dy), until) for box, until in self._nobody]
         if frame.fresh:
             self._candidates = []
         self._candidates = follow(self._candidates, frame.blobs, seconds, self.config.least_height)
@@ -297,12 +304,12 @@ class WalkerFinder:
         :param tried: boxes of people who are on trial: judged, and not found again.
         """
         found: list[Box] = []
-        needed = self._needed * self.config.least_evidence
         seen = [each for each in self._candidates if each.seen == seconds]
         size = frame.silhouettes.shape[::-1]
         shapes = [normalised(frame.silhouettes[each.blob.box.slices(*size)]) for each in seen]
         likeness = [0.0 if shape is None else self._shapes.likeness(shape) for shape in shapes]
-        clutter = {blob.number: float(blob.area) for blob in frame.blobs}
+        nobody = [box for box, _ in self._nobody]
+        clutter = {b.number: 0.0 if belongs(b.box, nobody) else b.area * 1.0 for b in frame.blobs}
         for each, alike in zip(seen, likeness, strict=True):
             clutter[each.blob.number] *= 1 - alike
         total = sum(clutter.values())
@@ -325,6 +332,8 @@ class WalkerFinder:
             passed = min(seconds - each.judged, _LATE_S) if each.judged else 0.0
             each.judged = seconds
             each.evidence = max(each.evidence + passed * log_odds(measures), 0.0)
+            errors = sum(belongs(each.box, [box]) for box in nobody)
+            needed = min(_STRICTER**errors, _STRICTEST) * self.config.least_evidence
             if each.evidence >= needed and not belongs(each.box, tried):
                 found.append(blob.box)
         return sorted(found, key=lambda box: -box.height)

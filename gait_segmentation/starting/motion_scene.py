@@ -57,6 +57,16 @@ least difference; and the number of such pixels that are needed.
 _EDGE = np.ones((5, 5), np.uint8)
 """Rim of a warped frame that is not compared."""
 
+_NEAR = np.ones((3, 7), np.uint8)
+_WEATHER, _GAIN_WEATHER = 0.04, 0.2
+"""
+How near something must have been in the frame before that is not fleeting, the share of the image
+that is fleeting in rain or snow, in the mean of some frames, and what a frame counts in it.
+"""
+
+_RIM = 5
+"""Width of the rim of a box that keeps what moves in it apart."""
+
 _UNKNOWN = 140
 """Likelihood where something moves before a background that has never been seen."""
 
@@ -121,6 +131,8 @@ class MotionScene:
         self._since = WorldMotion()
         self._moved = np.zeros(self._shape, np.uint8)
         self._recent: deque[_Recent] = deque()
+        self._evidence = np.zeros(self._searched, np.uint8)
+        self._weather = 0.0
         self._begun = self._learnt = 0.0
 
     @property
@@ -138,7 +150,11 @@ class MotionScene:
         return self._model if shape == self._shape else self._model.resized(shape)
 
     def update(
-        self, image: NDArray[np.uint8], stamp_ns: int, taken: Sequence[Box] = ()
+        self,
+        image: NDArray[np.uint8],
+        stamp_ns: int,
+        taken: Sequence[Box] = (),
+        apart: Sequence[Box] = (),
     ) -> SceneFrame:
         """
         Take in a frame.
@@ -147,6 +163,7 @@ class MotionScene:
         :param stamp_ns: its stamp, later than the last frame's.
         :param taken: boxes in the searched image in which nobody is looked for, because it is
             known who is there.
+        :param apart: boxes in which what moves does not hang together with what moves outside.
         """
         seconds = stamp_ns / 1e9
         frame = WorkingImage.of(image, stamp_ns, self._shape, self._light, self._contrast)
@@ -167,6 +184,15 @@ class MotionScene:
         if fresh:
             self._forget()
             evidence[:] = likelihood[:] = 0
+        lasting = self._lasting(evidence, step)
+        if lasting is not None:
+            evidence, moving, likelihood = (
+                cv2.bitwise_and(each, lasting) for each in (evidence, moving, likelihood)
+            )
+        for box in apart:
+            corners = (round(box.x), round(box.y)), (round(box.right), round(box.bottom))
+            for each in (evidence, moving):
+                cv2.rectangle(each, *corners, 0, _RIM)
         blobs, silhouettes = find_blobs(evidence, moving)
         filled = silhouettes.copy()
         for window in windows:
@@ -177,6 +203,17 @@ class MotionScene:
         x, y = step.carry(width / 2, height / 2)
         shift = x - width / 2, y - height / 2
         return SceneFrame(likelihood, blobs, silhouettes, shift, fresh)
+
+    def _lasting(self, evidence: NDArray[np.uint8], step: WorldMotion) -> NDArray[np.uint8] | None:
+        """Return what was there in the last frame, too, (h, w) uint8, None in fair weather."""
+        before, self._evidence = self._evidence, evidence
+        lasting = cv2.dilate(step.warped(before, _all_of(before)), _NEAR)
+        fleeting = cv2.countNonZero(cv2.bitwise_and(evidence, cv2.bitwise_not(lasting)))
+        self._weather += _GAIN_WEATHER * (fleeting / evidence.size - self._weather)
+        if self._weather <= _WEATHER:
+            return None
+        shown = cv2.bitwise_and(evidence, lasting)
+        return np.asarray(cv2.morphologyEx(shown, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)))
 
     def _moving(
         self, gray: NDArray[np.uint8], seconds: float, step: WorldMotion

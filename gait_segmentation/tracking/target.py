@@ -105,6 +105,12 @@ class Target:
         return self.person.box.scaled(1 / self.world.scale)
 
     @property
+    def is_inside(self) -> bool:
+        """Return whether the box about the body is all inside of the image."""
+        box, (height, width) = self.body, self.world.source
+        return box.x > 0 and box.y > 0 and box.right < width and box.bottom < height
+
+    @property
     def feet(self) -> float:
         """Return the row of the soles in working pixels: the lower, the nearer."""
         return self.person.center_y + self.person.height / 2

@@ -260,6 +260,7 @@ class PeopleTracker:
         """
         if self._given and any(self._slots):
             return []
+        self._end_trials()
         free = any(target is None or target.state == LOST for target in self._slots)
         if not (free or self._trials) and len(self._slots) == 1:
             return []
@@ -272,7 +273,6 @@ class PeopleTracker:
         heat = self._heat_map
         heat = heat if free and heat is not None and heat.stamp_ns == self._stamp_ns else None
         found = self._find(image, occupied, tried, heat, wanted=wanted)
-        self._end_trials()
         return found if free else []
 
     def _find(
@@ -320,11 +320,12 @@ class PeopleTracker:
                 continue
             if target.state == TRACKED:
                 trial.see(self._finder.evidence(target.body))
-            if not trial.is_over(self._stamp_ns):
-                self._trials[target.track_id] = trial
-            elif not trial.is_passed():
+            vanished = target.state == LOST and target.is_inside
+            if trial.is_failed(self._stamp_ns, vanished=vanished):
                 self._slots[slot] = None
                 self._finder.refute(target.body)
+            elif not trial.is_over(self._stamp_ns):
+                self._trials[target.track_id] = trial
         self._drop_empty_worlds()
 
     def _welcome(self, world: World, arrival: Arrival, *, by_walk: bool) -> None:

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from gait_segmentation.images import bounding_box
 from gait_segmentation.starting.blobs import normalised, tanimoto
 
-_TRIAL_NS = 1_000_000_000
+_RIPE_NS, _TRIAL_NS = 1_000_000_000, 3_000_000_000
+"""Time after which the masks tell whether it is a person, and in which people do not vanish."""
 
 _LEAST_FIT = 0.68
 """Mean similarity of the masks with their templates that proves a person by itself."""
@@ -38,7 +39,8 @@ class Trial:
 
     def __init__(self, stamp_ns: int) -> None:
         """Begin when somebody is found."""
-        self._end_ns = stamp_ns + _TRIAL_NS
+        self._begin_ns = stamp_ns
+        self._passed = False
         self._evidence = 0.0
         self._fits: list[float] = []
         self._shapes: list[tuple[int, NDArray[np.uint8]]] = []
@@ -62,10 +64,21 @@ class Trial:
         self._shapes.append((stamp_ns, shape))
 
     def is_over(self, stamp_ns: int) -> bool:
-        """Return whether it is to be decided."""
-        return stamp_ns >= self._end_ns
+        """Return whether there is nothing left to decide."""
+        return stamp_ns >= self._begin_ns + _TRIAL_NS
 
-    def is_passed(self) -> bool:
+    def is_failed(self, stamp_ns: int, *, vanished: bool) -> bool:
+        """
+        Return whether it is nobody, as the masks tell, once, after the first second.
+
+        :param vanished: whether they were lost in the middle of the image.
+        """
+        if not self._passed and stamp_ns >= self._begin_ns + _RIPE_NS:
+            self._passed = self._is_body()
+            return vanished or not self._passed
+        return vanished
+
+    def _is_body(self) -> bool:
         """Return whether it is a person as far as is known; without a mask nothing is."""
         if not self._fits:
             return True

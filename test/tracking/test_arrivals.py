@@ -21,7 +21,7 @@ from gait_segmentation.tracking.world import World
 from test.tracking.figures import GREEN, RED, STEP_NS, Figure, Told, ids, picture, step, walk
 from test.walkers import small_bank
 
-ON_TRIAL = 26
+ON_TRIAL = 77
 """Frames until it is settled whether somebody found is a person."""
 
 
@@ -304,7 +304,7 @@ def test_masks_must_fit_their_templates_the_less_the_more_evidence_there_is(
         trial.learn(10**9, *fitting(share))
     trial.see(evidence)
     trial.see(0.0)
-    assert trial.is_passed() == passed
+    assert trial.is_failed(2 * 10**9, vanished=False) != passed
 
 
 def leg(forward: int) -> np.ndarray:
@@ -326,7 +326,7 @@ def test_who_walks_changes_shape_and_stays_a_body(masks: list[np.ndarray], passe
     trial = Trial(10**9)
     for number, mask in enumerate(masks):
         trial.learn(10**9 + number * 10**8, mask, mask)
-    assert trial.is_passed() == passed
+    assert trial.is_failed(2 * 10**9, vanished=False) != passed
 
 
 @pytest.mark.parametrize('later_s', [0.2, 0.9])
@@ -334,13 +334,17 @@ def test_only_shapes_half_a_step_apart_are_compared(later_s: float) -> None:
     trial = Trial(10**9)
     for number in range(2):
         trial.learn(10**9 + round(number * later_s * 1e9), leg(15), leg(15))
-    assert trial.is_passed()
+    assert not trial.is_failed(2 * 10**9, vanished=False)
 
 
-def test_it_lasts_a_second() -> None:
+def test_masks_tell_after_a_second_and_nobody_vanishes_in_three() -> None:
     trial = Trial(10**9)
-    assert not trial.is_over(2 * 10**9 - 1)
-    assert trial.is_over(2 * 10**9)
+    trial.learn(10**9, *fitting(0.3))
+    assert not trial.is_failed(2 * 10**9 - 1, vanished=False)
+    assert trial.is_failed(2 * 10**9 - 1, vanished=True)
+    assert trial.is_failed(2 * 10**9, vanished=False)
+    assert not trial.is_over(4 * 10**9 - 1)
+    assert trial.is_over(4 * 10**9)
 
 
 def test_who_is_found_in_a_map_has_the_mask_that_it_shows(bank) -> None:
