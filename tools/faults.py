@@ -4,10 +4,10 @@
 """
 Plant faults in the package, one at a time, and tell which of them the tests find.
 
-``faults.toml`` beside this file lists them by file: a text that stands in it once, what takes its
-place, and perhaps the tests that are to find it, if these are not those of the folder that mirrors
-its own.  Each is one edit that changes a result which a user or a document relies on.  Tests of
-what puts the stages together are run as well::
+``faults.toml`` beside this file lists them: by file, a text that stands in it once and what takes
+its place.  Each is one edit that changes a result which a user or a document relies on.  The tests
+that are to find it are those named after the file, then all of its folder, unless the list names
+others for the file; and those of what puts the stages together::
 
     make faults
     python tools/faults.py [--jobs 2] [--only TEXT] [--least 0.97]
@@ -43,7 +43,7 @@ _LEFT_OUT = ('.git', '.venv*', 'out', '.mypy_cache', '.ruff_cache', '.pytest_cac
 
 
 class Fault(NamedTuple):
-    """An edit of a file, and the tests that are to find it, if not those of its folder."""
+    """An edit of a file, and the tests that are to find it, if not those of its name and folder."""
 
     file: str
     old: str
@@ -68,10 +68,12 @@ def read(path: Path, only: str) -> list[Fault]:
     """
     # Python 3.10 has it only where pytest brought it.
     toml = importlib.import_module('tomllib' if sys.version_info >= (3, 11) else 'tomli')
+    listed = toml.loads(path.read_text(encoding='utf-8'))
+    tests = listed.pop('tests')
     faults = [
-        Fault(file, old, new, tuple(tests))
-        for file, edits in toml.loads(path.read_text(encoding='utf-8')).items()
-        for old, new, *tests in edits
+        Fault(file, old, new, tuple(tests.get(file, ())))
+        for file, edits in listed.items()
+        for old, new in edits
     ]
     for fault in faults:
         count = (ROOT / fault.file).read_text(encoding='utf-8').count(fault.old)
