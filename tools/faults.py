@@ -43,7 +43,7 @@ _LEFT_OUT = ('.git', '.venv*', 'out', '.mypy_cache', '.ruff_cache', '.pytest_cac
 
 
 class Fault(NamedTuple):
-    """An edit of a file, and the tests that are to find it, if not those of its name and folder."""
+    """An edit of a file, and the tests that are to find it, if they are named."""
 
     file: str
     old: str

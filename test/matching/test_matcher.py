@@ -278,7 +278,7 @@ def test_memory_does_not_grow(bank):
         {'window': 0.0},
         {'memory': float('nan')},
         {'levels': 1},
-        {'minimum_cadence': 120.0, 'maximum_cadence': 100.0},
+        {'minimum_cadence': 120.0, 'maximum_cadence': 120.0},
     ],
 )
 def test_refuses_values_with_their_name(wrong):
