@@ -62,6 +62,14 @@ def test_without_evidence_it_goes_at_the_expected_rate(cadence):
     assert abs((np.diff(phases) % PHASES).sum() - PHASES * cadence / 120) <= 1
 
 
+def test_twins_of_which_now_one_is_better_and_now_the_other_do_not_alternate():
+    path, states = search(), []
+    for k in range(60):
+        path.step(seen(bump(0.4 * k, 0.1 * (-1) ** k) / 2), k / 30, ONE)
+        states.append(path.follow()[-1, 1])
+    assert (np.diff(states) % PHASES <= 2).all()
+
+
 def test_leaves_a_twin_that_is_clearly_worse():
     path = search()
     for k in range(200):
