@@ -14,6 +14,7 @@ from gait_segmentation.matching.path import (
     view_changes,
 )
 from gait_segmentation.matching.placements import SearchRange
+from gait_segmentation.matching.views import Views
 
 PHASES = 12
 ONE = SearchRange((0, 0, 0), (1, 1, 1))
@@ -115,3 +116,11 @@ def test_turns_to_neighbours_and_changes_build_in_place():
     assert found[0] == {1: turn, 3: turn, 4: change}
     assert found[2] == {1: turn, 3: turn}
     assert found[4] == {0: change}
+
+
+@pytest.mark.parametrize(('degrees', 'between'), [(45, 0.3), (90, 0.0)])
+def test_there_is_nothing_between_views_that_are_far_apart(degrees, between):
+    azimuth = np.radians(np.arange(0, 360, degrees)).astype(np.float32)
+    templates = np.zeros((len(azimuth), 2, 4, 4), np.uint8)
+    bank = TemplateBank(templates, azimuth, ('a',) * len(azimuth), 0.9)
+    assert Views(bank).azimuth(0, 0.3) == pytest.approx(between * math.radians(degrees))
