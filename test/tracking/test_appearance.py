@@ -37,6 +37,11 @@ def test_the_same_is_alike_and_others_are_not() -> None:
         assert appearance.similarity(signature(Figure(200, coat))) < 0.6
 
 
+def test_what_is_not_seen_of_somebody_is_no_difference() -> None:
+    upper = signature(Figure(200), part=slice(0, 90))
+    assert Appearance(signature(Figure(58))).similarity(upper) > 0.9
+
+
 def test_colours_count_by_where_on_the_body_they_are() -> None:
     lab, seen, rows = looked_at(Figure(100))
     appearance = Appearance(colour_signature(lab, seen, rows))
