@@ -147,3 +147,10 @@ def test_masks_of_another_size_teach_nothing() -> None:
     assert not state.teaches(ellipse(100, 120, 30), prior)
     assert not state.teaches(np.full(SHAPE, 255, np.uint8), prior)
     assert not state.teaches(np.zeros(SHAPE, np.uint8), np.zeros(SHAPE, np.uint8))
+
+
+def test_parts_of_pixels_by_which_a_mask_is_carried_on_add_up() -> None:
+    state = person()
+    for _ in range(5):
+        state.carry(0.4, -0.6)
+    np.testing.assert_array_equal(state.mask, np.roll(ellipse(100, 120, 100), (-3, 2), (0, 1)))
