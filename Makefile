@@ -8,7 +8,7 @@ OLDEST ?= .venv-oldest
 MINUTES ?= 45
 SEED ?= $(shell od -An -N4 -tu4 /dev/urandom | tr -d ' ')
 
-.PHONY: demo test test-oldest fuzz lint check clean help
+.PHONY: demo test test-oldest fuzz faults lint clean help
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -33,6 +33,9 @@ fuzz: $(VENV)/installed  ## random examples, hostile messages, spoilt files, odd
 	run files $(BIN)/python benchmarks/fuzz_files.py $$limit; \
 	run pipeline $(BIN)/python benchmarks/fuzz_pipeline.py $$limit; \
 	test -z "$$failed" || { echo "make fuzz SEED=$$seed failed:$$failed" >&2; exit 1; }
+
+faults: $(VENV)/installed  ## plant faults, one at a time, and tell which of them no test finds (about an hour)
+	$(BIN)/python tools/faults.py --jobs $(WORKERS)
 
 lint: $(VENV)/installed  ## format, lint and types only
 	$(BIN)/ruff format --check .

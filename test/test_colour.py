@@ -94,3 +94,10 @@ def test_stripes_are_told_from_an_even_area_and_by_their_direction() -> None:
     assert level[1] > even[1] + 5
     assert upright[1] == pytest.approx(even[1], abs=0.5)
     assert level[0] == pytest.approx(even[0], abs=0.5)
+
+
+def test_the_first_frame_is_taken_whole_and_later_ones_by_their_rate() -> None:
+    colours, rows = model(), np.full((1, 4), 0.5, np.float32)
+    for colour in (3, 9):
+        colours.learn(np.full((1, 4), colour, np.uint16), rows, np.ones((1, 4), np.float32), 0.1)
+    assert colours.whole()[[3, 9]] == pytest.approx([0.9, 0.1], abs=1e-4)

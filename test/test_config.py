@@ -112,3 +112,11 @@ def test_settings_are_applied_in_order():
 def test_settings_that_cannot_be_used_are_refused(setting, message):
     with pytest.raises(ConfigError, match=message):
         overridden(Stages(), [setting])
+
+
+def test_the_limits_themselves_are_allowed() -> None:
+    @dataclass(frozen=True)
+    class Limited(StageConfig):
+        share: float = parameter(0.5, 'A share.', minimum=0.0, maximum=1.0)
+
+    assert [Limited(share=share).share for share in (0.0, 1.0)] == [0.0, 1.0]

@@ -4,6 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from gait_segmentation.drawing import (
+    view_word,
+)
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.pictures import (
     matching_picture,
@@ -64,3 +67,8 @@ def test_both_boxes_are_drawn_where_the_source_has_them() -> None:
     assert is_green(picture[60, 42])
     assert (segmentation_picture(IMAGE, masks, [NOBODY, NOBODY]) == IMAGE).all()
     assert (segmentation_picture(IMAGE, masks, [SOMEBODY, NOBODY]) != IMAGE).any()
+
+
+def test_where_somebody_walks_is_said_in_words() -> None:
+    said = [view_word(math.radians(degrees)) for degrees in (0, 50, 90, 180, -90)]
+    assert said == ['to the right', 'away, right', 'away', 'to the left', 'closer']

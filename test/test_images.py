@@ -9,6 +9,7 @@ import pytest
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.images import (
+    axis_tilt,
     check_image,
     check_map,
     median,
@@ -111,3 +112,11 @@ def test_medians_and_quantiles_are_those_of_numpy(count: int) -> None:
     assert median(values[:, 0]) == np.median(values[:, 0])
     shares = (0.005, 0.5, 0.995)
     assert quantiles(values[:, 0], shares) == pytest.approx(np.quantile(values[:, 0], shares))
+
+
+def test_a_tilt_is_positive_to_the_right_and_proportions_fit_to_a_pixel() -> None:
+    rows, columns = np.mgrid[:60, :60]
+    leaning = (np.abs(columns - 30 + (rows - 30) * 0.2) < 4).astype(np.uint8)
+    assert axis_tilt(leaning) == pytest.approx(np.arctan(0.2), abs=0.02)
+    assert same_proportions((2, 100), (24, 996))
+    assert not same_proportions((2, 100), (24, 300))

@@ -11,6 +11,7 @@ import pytest
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.localization import CameraPose, PinholeCamera, read_camera
+from gait_segmentation.localization.camera import distance_by_depth
 
 CAMERA = PinholeCamera(640, 480, 500.0, 510.0, 320.0, 240.0)
 
@@ -100,3 +101,14 @@ def test_a_binned_part_of_a_sensor_has_its_pixel_centres_where_they_are() -> Non
     message.roi, message.k = roi, [0.0] * 9
     with pytest.raises(InputError, match='the camera is not calibrated'):
         read_camera(message)
+
+
+def test_what_shows_through_holes_of_a_mask_does_not_count_as_body() -> None:
+    depth = np.repeat(np.linspace(2.0, 2.4, 120, dtype=np.float32)[:, None], 160, axis=1)
+    depth[np.random.default_rng(0).random(depth.shape) < 0.4] = 6.0
+    mask = np.zeros(depth.shape, np.uint8)
+    mask[20:100, 60:100] = 255
+    camera = PinholeCamera(160, 120, 150.0, 150.0, 79.5, 59.5)
+    pose, ahead = CameraPose.above_ground(1.0), np.array([1.0, 0.0])
+    found = distance_by_depth(depth, mask, camera, pose, ahead, 20.0)
+    assert found == pytest.approx(2.2, abs=0.03)

@@ -278,9 +278,17 @@ def test_memory_does_not_grow(bank):
         {'window': 0.0},
         {'memory': float('nan')},
         {'levels': 1},
-        {'minimum_cadence': 120.0, 'maximum_cadence': 100.0},
+        {'minimum_cadence': 120.0, 'maximum_cadence': 120.0},
     ],
 )
 def test_refuses_values_with_their_name(wrong):
     with pytest.raises(ConfigError, match=next(iter(wrong))):
         MatchingConfig(**wrong)
+
+
+@pytest.mark.parametrize('cost', [0.0, 2.0])
+def test_another_height_than_that_of_the_box_has_its_cost(bank, cost):
+    # The body is as much higher than its box as the heights searched differ.
+    frames = [(*seen, box.padded(0, -0.037 * box.height)) for *seen, box in walk(0.0, 5)]
+    last = run(SequenceMatcher(bank, config(scale_cost=cost)), frames)[-1]
+    assert (last.placement.scale < 1.045) == (cost > 0)

@@ -14,6 +14,7 @@ from gait_segmentation.matching.path import (
     view_changes,
 )
 from gait_segmentation.matching.placements import SearchRange
+from gait_segmentation.matching.views import Views
 
 PHASES = 12
 ONE = SearchRange((0, 0, 0), (1, 1, 1))
@@ -62,6 +63,14 @@ def test_without_evidence_it_goes_at_the_expected_rate(cadence):
     assert abs((np.diff(phases) % PHASES).sum() - PHASES * cadence / 120) <= 1
 
 
+def test_twins_of_which_now_one_is_better_and_now_the_other_do_not_alternate():
+    path, states = search(), []
+    for k in range(60):
+        path.step(seen(bump(0.4 * k, 0.1 * (-1) ** k) / 2), k / 30, ONE)
+        states.append(path.follow()[-1, 1])
+    assert (np.diff(states) % PHASES <= 2).all()
+
+
 def test_leaves_a_twin_that_is_clearly_worse():
     path = search()
     for k in range(200):
@@ -107,3 +116,11 @@ def test_turns_to_neighbours_and_changes_build_in_place():
     assert found[0] == {1: turn, 3: turn, 4: change}
     assert found[2] == {1: turn, 3: turn}
     assert found[4] == {0: change}
+
+
+@pytest.mark.parametrize(('degrees', 'between'), [(45, 0.3), (90, 0.0)])
+def test_there_is_nothing_between_views_that_are_far_apart(degrees, between):
+    azimuth = np.radians(np.arange(0, 360, degrees)).astype(np.float32)
+    templates = np.zeros((len(azimuth), 2, 4, 4), np.uint8)
+    bank = TemplateBank(templates, azimuth, ('a',) * len(azimuth), 0.9)
+    assert Views(bank).azimuth(0, 0.3) == pytest.approx(between * math.radians(degrees))

@@ -149,3 +149,9 @@ def test_the_box_is_upright_where_the_body_leans():
     image = likelihood(slice(24, 96), slice(32, 48))
     box = refined_box(image, upright(), PLACE, BODY, to_source)
     assert box.height == pytest.approx(72 * math.cos(angle) + 16 * math.sin(angle), abs=1.5)
+
+
+def test_shifts_are_in_heights_of_the_body_in_question(grid):
+    small, large = (grid.placement(scale, 1, 3) for scale in (0, 2))
+    assert large.scale / small.scale == pytest.approx(1.06**2)
+    assert large.dx / small.dx == pytest.approx(1.06**2)

@@ -91,6 +91,15 @@ def test_it_is_chosen_anew_as_the_surroundings_change() -> None:
     assert ranks[1] != ranks[0]
 
 
+def test_nothing_is_learnt_of_what_is_too_little_like_the_person_at_first() -> None:
+    selector, other = FeatureSelector(), coloured((160, 60, 60), (60, 60, 90))
+    selector.learn(coloured((60, 60, 160), (60, 60, 90)), CLASSES)
+    before, ranked = selector.log_ratio(other), selector.features
+    selector.learn(other, CLASSES)
+    assert selector.features == ranked
+    assert np.array_equal(selector.log_ratio(other), before)
+
+
 def test_nothing_learnt_says_nothing() -> None:
     seen = coloured((9, 9, 9), (90, 90, 90))
     assert not FeatureSelector().log_ratio(seen).any()

@@ -68,6 +68,14 @@ def test_features_are_the_place_in_the_frame_and_the_doubled_orientation() -> No
     np.testing.assert_allclose(z, [[0, 0.75, 0, 0.35]], atol=1e-6)
 
 
+def test_features_turn_with_the_body() -> None:
+    z = two_words().features(np.array([50.0]), np.array([30.0]), np.array([math.pi / 2]), BODY)
+    # The head leans to the right by a quarter turn, and so does the outline above it.
+    lying = BodyFrame(50.0, 80.0, 90.0, math.pi / 2)
+    turned = two_words().features(np.array([100.0]), np.array([80.0]), np.array([0.0]), lying)
+    np.testing.assert_allclose(turned, z, atol=1e-6)
+
+
 def test_what_is_saved_is_loaded(tmp_path: Path) -> None:
     path = tmp_path / 'words.json'
     write_vocabulary(two_words(), path)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -19,6 +20,7 @@ from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.messages import box_message, gait_message
 from gait_segmentation.streams.fields import (
+    matched_corners,
     read_body,
     read_box,
     read_gait,
@@ -108,3 +110,11 @@ def test_a_gait_may_be_nobodys_or_lack_what_it_need_not_have() -> None:
         setattr(sent, field, [float('nan')] * 2)
         with pytest.raises(InputError, match='finite'):
             read_gait(sent)
+
+
+@pytest.mark.parametrize(('refined', 'width'), [(None, 90.0), (Box(80, 100, 50, 170), 50.0)])
+def test_a_matched_box_is_as_wide_as_the_refined_one_or_half_its_height(
+    refined: Box | None, width: float
+) -> None:
+    about = dataclasses.replace(match(BodyFrame(100, 200, 180)), box=refined)
+    assert matched_corners(about) == Box.from_center(100, 200, width, 180).corners()

@@ -80,6 +80,17 @@ def test_one_frame_of_noise_is_believed_by_a_tenth() -> None:
     assert model.sigma == pytest.approx(max(0.9 * before + 0.15, 2.5), abs=0.01)
 
 
+def test_how_much_of_what_is_known_a_frame_shows() -> None:
+    wall, window = np.full((60, 80, 3), 150, np.uint8), (slice(0, 60), slice(0, 80))
+    model, now, person = learnt(wall, frames=3), wall.copy(), NOBODY.copy()
+    now[:, :20] = 30
+    assert model.agreement(now, person, [window]) == pytest.approx(0.75, abs=0.03)
+    person[:, :20] = 255
+    assert model.agreement(now, person, [window]) == 1
+    person[:] = 255
+    assert model.agreement(now, person, [window]) is None
+
+
 def test_what_does_not_look_like_the_known_background_contradicts_it() -> None:
     wall, unseen = np.full((60, 80, 3), (150, 128, 128), np.uint8), NOBODY.copy()
     unseen[:, 60:] = 255

@@ -128,12 +128,21 @@ def carried(before: np.ndarray) -> np.ndarray:
     return np.array([TRUE.carry(*point) for point in before.tolist()], np.float32)
 
 
+def turned(angle: float) -> np.ndarray:
+    return cv2.transform(points()[None], cv2.getRotationMatrix2D((160, 120), angle, 1.0))[0]
+
+
 @pytest.mark.parametrize('after', [points(), points() + np.float32(0.1), carried(points()[::-1])])
 def test_points_that_stand_still_are_few_or_do_not_agree_have_no_motion(
     after: np.ndarray,
 ) -> None:
     assert camera_motion(points(), after) is None
     assert camera_motion(points(7), carried(points(7))) is None
+
+
+def test_no_camera_turns_by_more_than_a_fifth_of_a_radian_in_a_frame() -> None:
+    assert camera_motion(points(), turned(10.0)) is not None
+    assert camera_motion(points(), turned(13.0)) is None
 
 
 STEP, TURN = motion_of([1, 0, 3], [0, 1, 0]), motion_of([0, -1, 0], [1, 0, 0])

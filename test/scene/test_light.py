@@ -102,6 +102,13 @@ def test_what_changes_on_one_side_only_is_no_band() -> None:
     assert (light.gain == 1).all()
 
 
+def test_parts_that_change_by_factors_of_their_own_are_no_light() -> None:
+    light = Light()
+    shown(light, scene())
+    shown(light, lit(scene(), np.repeat([1, 0.75, 0.56], [107, 106, 107])[:, None]))
+    assert light.gain == pytest.approx(1, abs=0.03)
+
+
 def test_other_pictures_and_moved_ones_are_no_light() -> None:
     light = Light()
     shown(light, scene())

@@ -182,6 +182,9 @@ def test_a_bag_in_the_hand_stays_once_it_was_seen_for_some_time() -> None:
         with_arm = 20 + joined // 255 * np.uint8(215)
         segmenter.update(picture(), with_arm, match(stamp=stamp))
     assert segmenter.update(picture(), likely, match(stamp=22)).mask[bag].mean() > 200
+    # Who comes next may carry nothing.
+    other = match(stamp=23, track_id=2)
+    assert not segmenter.update(picture(), likely, other).mask[bag].any()
 
 
 def test_where_somebody_was_seen_is_forgotten_while_nobody_is() -> None:
@@ -199,15 +202,6 @@ def test_where_somebody_was_seen_is_forgotten_while_nobody_is() -> None:
     assert second > first
     segmenter.update(image, bar, match(body=None, stamp=3))
     assert reach(4) == first
-
-
-def test_a_new_track_forgets_the_last_persons_shape() -> None:
-    segmenter, fresh = Segmenter(), Segmenter()
-    for stamp in range(1, 9):
-        segmenter.update(picture(), noisy(stamp), match(stamp=stamp))
-    later = match(stamp=9, track_id=2)
-    again = segmenter.update(picture(), noisy(9), later).mask
-    assert np.array_equal(again, fresh.update(picture(), noisy(9), later).mask)
 
 
 def spoilt() -> np.ndarray:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from functools import cache
+from functools import cache, partial
 
 import cv2
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from benchmarks.synthetic import SyntheticFrame
 from gait_segmentation.geometry import Box, check_matched_box
 from gait_segmentation.starting import Start, estimate_start
+from gait_segmentation.starting.hypotheses import fit_view
 from test.walkers import box_of, clip, overlap, small_bank
 
 
@@ -133,3 +134,17 @@ def test_what_stands_out_counts_also_just_outside_of_the_box() -> None:
     assert overlap(told.mask, truth) > max(0.9, overlap(blind.mask, truth))
     below = Box.around(told.mask)
     assert abs(below.bottom - box.bottom) < 0.03 * box.height
+
+
+def test_templates_are_laid_onto_the_box_as_its_borders_and_its_room_say() -> None:
+    box, shape = Box(60, 20, 50, 60), (100, 160)
+    laid = partial(fit_view, small_bank(), box, shape, view=0.0)
+    nowhere, both = (False,) * 4, (True, True, False, False)
+    assert laid(cuts=both).top == pytest.approx(box.y)
+    assert laid(cuts=(True, False, False, False)).top.min() < box.y - 10
+    left, right = (laid(cuts=nowhere, aside=side).axis.mean() for side in (-1.0, 1.0))
+    assert left < right - 5
+    whole = laid(cuts=nowhere)
+    likelihood = np.zeros(shape, np.float32)
+    likelihood[whole.part] = whole.templates[0] / np.float32(255)
+    assert whole.similarities(likelihood)[0] == pytest.approx(1)

@@ -37,6 +37,19 @@ def test_the_same_is_alike_and_others_are_not() -> None:
         assert appearance.similarity(signature(Figure(200, coat))) < 0.6
 
 
+def test_what_is_not_seen_of_somebody_is_no_difference() -> None:
+    upper = signature(Figure(200), part=slice(0, 90))
+    assert Appearance(signature(Figure(58))).similarity(upper) > 0.9
+
+
+def test_colours_count_by_where_on_the_body_they_are() -> None:
+    lab, seen, rows = looked_at(Figure(100))
+    appearance = Appearance(colour_signature(lab, seen, rows))
+    # The same pixels upside down: trousers above, the coat below.
+    turned = appearance.similarity(colour_signature(lab, seen, 1 - rows))
+    assert turned < 0.6 < appearance.similarity(colour_signature(lab, seen, rows))
+
+
 @pytest.mark.parametrize(('coat', 'found'), [(RED, True), (BLUE, False)])
 def test_the_last_look_counts_only_as_far_as_it_is_the_usual_one(
     coat: tuple[int, int, int], found: bool

@@ -45,6 +45,13 @@ def test_somebody_hidden_keeps_pixels_from_those_they_do_not_suit() -> None:
     assert taken[30, 20] < 0
 
 
+def test_who_stands_nearer_is_favoured() -> None:
+    nearer, farther = compete([claim(0, 3.0, 55.0), claim(0, 3.0, 50.0)])
+    assert nearer[30, 20] > 0 > farther[30, 20]
+    farther, nearer = compete([claim(0, 3.0, 50.0), claim(0, 3.0, 55.0)])
+    assert nearer[30, 20] > 0 > farther[30, 20]
+
+
 def test_a_mask_that_has_taken_in_somebody_does_not_keep_them() -> None:
     one, two = claim(0, 3.0), claim(8, 3.0)
     body = np.zeros(SHAPE, np.uint8)
@@ -109,3 +116,13 @@ def test_a_frame_is_learnt_once_and_its_people_are_no_background() -> None:
         assert count[mask > 0].max() < 0.5
     assert count[60:120, 85:95].min() > 0.9
     assert set(group.judge(world, targets)) == {1, 2}
+
+
+def test_who_is_partly_hidden_is_the_less_sure() -> None:
+    told = Told(slots=2)
+    behind, front = Figure(100), Figure(160, BLUE, y=96)
+    told.start(behind, front)
+    for x in (160, 152, 144, 136, 130, 126, 122, 118, 114, 112):
+        results = told.show(behind, dataclasses.replace(front, x=x))
+    hidden, whole = (result.confidence for result in results)
+    assert whole > hidden + 0.15

@@ -147,3 +147,21 @@ def test_masks_of_another_size_teach_nothing() -> None:
     assert not state.teaches(ellipse(100, 120, 30), prior)
     assert not state.teaches(np.full(SHAPE, 255, np.uint8), prior)
     assert not state.teaches(np.zeros(SHAPE, np.uint8), np.zeros(SHAPE, np.uint8))
+
+
+def test_parts_of_pixels_by_which_a_mask_is_carried_on_add_up() -> None:
+    state = person()
+    for _ in range(5):
+        state.carry(0.4, -0.6)
+    np.testing.assert_array_equal(state.mask, np.roll(ellipse(100, 120, 100), (-3, 2), (0, 1)))
+
+
+def test_a_tilt_is_used_from_a_large_one_on_until_it_is_small() -> None:
+    leaning, other = person(), person()
+    for degrees, used in ((12.0, True), (7.5, True), (0.0, False)):
+        for _ in range(40):
+            leaning.learn_angle(ellipse(100, 120, 100, degrees))
+        assert bool(leaning.angle) == used
+    for _ in range(40):
+        other.learn_angle(ellipse(100, 120, 100, 7.5))
+    assert other.angle == 0
