@@ -1,5 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+import math
 from dataclasses import replace
 
 import numpy as np

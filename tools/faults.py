@@ -35,7 +35,7 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[1]
 LIST = Path(__file__).with_name('faults.toml')
-TOGETHER = ('test/test_pipeline.py', 'test/nodes/test_graph.py', 'test/nodes/test_lockstep.py')
+TOGETHER = ('test/test_pipeline.py', 'test/nodes/test_graph.py')
 LIMIT_S = 300.0
 """A test that hangs has found its fault."""
 
