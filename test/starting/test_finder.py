@@ -218,3 +218,22 @@ def test_two_blobs_are_not_confused() -> None:
         candidates = follow(candidates, blobs[:: (-1) ** number], 1 + number * PERIOD, 24)
     assert [each.sightings for each in candidates] == [10, 10]
     assert candidates[0].speed[0] > 0 > candidates[1].speed[0]
+
+
+def test_an_error_is_forgotten_after_ten_seconds() -> None:
+    found = []
+    for seconds in (5.0, 11.0):
+        finder = WalkerFinder(small_bank())
+        start_ns = 10**9 - round(seconds * 1e9)
+        frames = round(seconds / 0.25)
+        for number in range(frames):
+            finder.update(walk()[0], 60 * 10**9 + start_ns + number * 250_000_000)
+            if number == 0:
+                finder.refute(Box(0, 0, 320, 240))
+        boxes = (
+            finder.update(image, 61 * 10**9 + number * PERIOD_NS)
+            for number, image in enumerate(walk())
+        )
+        found.append(next((number for number, box in enumerate(boxes) if box), len(walk())))
+    assert found[0] > found[1]
+    assert found[1] <= found_in_walk()[0][0]
