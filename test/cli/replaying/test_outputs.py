@@ -165,6 +165,7 @@ def test_all_own_outputs_are_known_again_and_made_anew_with_force(
     assert (tmp_path / 'a.csv').exists()
     assert film.stat().st_mtime_ns == before
     assert main([*command, '--force']) == 0
+    assert film.stat().st_mtime_ns > before
     # The one image that cannot be read is in the film, too.
     assert len(list(open_input(film).images())) == 6
     (tmp_path / 'out/walk/walk.mcap').unlink()
