@@ -12,8 +12,9 @@ import pytest
 
 from gait_segmentation import kernels as module
 from gait_segmentation.cli import warm_up as command
-from gait_segmentation.cli.tool import run_tool
-from gait_segmentation.errors import SequenceError
+from gait_segmentation.cli.tool import run_tool, scaled_box
+from gait_segmentation.errors import ConfigError, SequenceError
+from gait_segmentation.geometry import Box
 from gait_segmentation.kernels import kernel
 
 ROOT = Path(__file__).parents[2]
@@ -101,3 +102,10 @@ def test_what_is_compiled_is_counted(monkeypatch: pytest.MonkeyPatch, tmp_path, 
 
     assert command.main([]) == 0
     assert capsys.readouterr().out == 'kernels compiled, and kept for the next start: 2\n'
+
+
+def test_a_first_box_is_given_in_the_pixels_of_the_input() -> None:
+    source = Mock(scale=0.5, size=(320, 240))
+    assert scaled_box(Box(400, 80, 60, 200), source) == Box(200, 40, 30, 100)
+    with pytest.raises(ConfigError, match='outside of the image'):
+        scaled_box(Box(700, 80, 60, 200), source)

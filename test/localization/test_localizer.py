@@ -326,3 +326,20 @@ def test_the_distance_is_that_on_the_ground_where_the_camera_is_known(
         assert place.distance < np.linalg.norm(place.position) - 0.2
     else:
         assert place.distance == place.position[2]
+
+
+def test_who_leans_is_where_the_soles_are_and_the_pitch_of_the_camera_is_in_degrees() -> None:
+    """Without a pose the camera is as configured; the head is to the right of the soles."""
+    model = PinholeCamera(640, 480, 500.0, 500.0, 320.0, 240.0)
+    config = LocalizationConfig(camera_height=2.0, camera_pitch=20.0)
+    wanted, top = np.array([4.0, 0.5, 0.0]), np.array([4.0, 0.0, 1.7])
+    pose = CameraPose.above_ground(2.0, math.radians(20))
+    ends = [(at - pose.position) @ pose.rotation for at in (wanted, top)]
+    soles, head = (500 * end[:2] / end[2] + (320.5, 240.5) for end in ends)
+    across, down = soles - head
+    middle = (soles + head) / 2
+    body = BodyFrame(*middle, math.hypot(across, down), math.atan2(-across, down))
+    _, about, mask, *_ = first()
+    given = dataclasses.replace(about, body=body)
+    (place,) = Localizer(config).update([given], [mask], model)
+    np.testing.assert_allclose(place.position, ends[0], atol=1e-6)

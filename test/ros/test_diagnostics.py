@@ -190,3 +190,13 @@ def test_topics_that_nobody_publishes_are_named_with_who_should() -> None:
     )
     assert unpublished(graph, topics[:1], 'gait_tracker') == ''
     assert unpublished(graph, ['door/box'], 'gait_tracker') == ''
+
+
+def test_every_count_is_told_under_its_name() -> None:
+    statistics = Statistics()
+    names = 'received', 'processed', 'skipped', 'failed', 'lost', 'incomplete', 'stale'
+    for count, name in enumerate(names, 1):
+        setattr(statistics, name, count)
+    values = told(statistics)[1]
+    told_as = ('lost on the wire' if name == 'lost' else name for name in names)
+    assert [values[name] for name in told_as] == list('1234567')

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import cv2
@@ -18,6 +19,7 @@ from gait_segmentation.ros.outputs import (
     mask_topics,
     match_topics,
     picture_topics,
+    seen,
     track_topics,
 )
 from gait_segmentation.segmentation import PeopleMasks
@@ -125,3 +127,9 @@ def test_a_picture_goes_out_as_it_is_listened_to(heard: str) -> None:
 
 def _decoded(message: Any) -> np.ndarray:
     return cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_UNCHANGED)
+
+
+def test_who_is_not_matched_is_not_seen_whatever_their_mask_shows() -> None:
+    first, second = _matches()
+    (person,) = seen([first, replace(second, body=None)], [GREY, GREY], [None, None]).people
+    assert (person.match.track_id, person.box) == (1, Box(0, 0, 8, 6))

@@ -24,6 +24,7 @@ from gait_segmentation.ros.messages import (
     detection_types,
     markers_message,
     people_message,
+    pose_message,
     tracks_message,
 )
 from gait_segmentation.streams.config import StartConfig
@@ -159,3 +160,11 @@ def test_the_package_is_used_where_it_is_and_else_there_are_no_detections(
     found = detection_types()
     assert found is not None
     assert found.Detection2DArray is types.Detection2DArray
+
+
+def test_the_heading_is_uncertain_about_the_vertical() -> None:
+    up = np.array([0.0, -0.8, 0.6])
+    message = pose_message(location(up=up, heading_error=0.2), HEADER)
+    turn = message.pose.covariance.reshape(6, 6)[3:, 3:]
+    assert up @ turn @ up == pytest.approx(0.2**2, abs=2e-4)
+    assert np.trace(turn) == pytest.approx(0.2**2, abs=4e-4)

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What masks teach: all of a person, and part of one."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -14,7 +15,7 @@ from gait_segmentation.tracking.learning import (
     without_parts_apart,
 )
 from gait_segmentation.tracking.person import Person
-from test.tracking.figures import Figure, Told, picture
+from test.tracking.figures import Figure, Told, picture, walk
 
 BOARD = (130, 320)
 """It reaches to the border: who walks behind it comes back."""
@@ -102,3 +103,28 @@ def test_parts_apart_from_the_template_tell_nothing_of_the_body() -> None:
     elsewhere = np.zeros_like(mask)
     elsewhere[95:, :5] = 255
     assert without_parts_apart(mask, elsewhere, 80) is mask
+
+
+def test_a_mask_of_who_was_lost_meanwhile_teaches_nothing() -> None:
+    told = Told()
+    told.follow([Figure(60)] * 2)
+    told.tracker.update(picture([Figure(60)])[0], told.stamp_ns)
+    (target,) = told.tracker.targets()
+    mask = Figure(60).mask()
+    target.lose()
+    feedback = Feedback(told.stamp_ns, target.track_id, mask, None, mask)
+    assert learn(target, target.world.now, feedback) is None
+    assert target.person.template is None
+
+
+def test_what_looks_like_the_place_about_the_template_is_no_colour_of_the_person() -> None:
+    def colours(size: int) -> np.ndarray:
+        """Follow somebody and give a last mask, widened by so much, with the true template."""
+        told = Told()
+        told.follow(walk(Figure(40), 20))
+        image, (mask,) = picture([Figure(97)])
+        told.see(image, [cv2.dilate(mask, np.ones((size, size), np.uint8))], [mask])
+        (target,) = told.tracker.targets()
+        return target.person.person.whole()
+
+    np.testing.assert_allclose(colours(7), colours(1), atol=1e-4)

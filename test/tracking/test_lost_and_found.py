@@ -308,3 +308,38 @@ def test_after_a_gap_who_is_gone_is_lost_and_the_other_found(gap: int) -> None:
         assert (one.track_id, one.state) == (1, 'tracked')
         assert other.state != 'tracked'
         assert not other.likelihood.any()
+
+
+def test_who_was_not_back_at_once_after_a_gap_is_waited_for() -> None:
+    """Nobody was looked for in the gap: it is not taken for their absence."""
+    told = Told()
+    path = walk(Figure(60), 20)
+    told.follow(path)
+    told.frames += 90_000
+    told.show()
+    assert [(each.track_id, each.state) for each in told.show(path[-1])] == [(1, 'tracked')]
+
+
+def test_while_somebody_is_lost_the_place_is_followed_everywhere() -> None:
+    told = Told()
+    told.follow(walk(Figure(60), 3))
+    (target,) = told.tracker.targets()
+
+    def followed() -> int:
+        where = np.zeros(target.world.shape, np.uint8)
+        for window in target.world.now.windows:
+            where[window] = 1
+        return int(where.sum())
+
+    assert followed() < 0.5 * np.prod(target.world.shape)
+    states = [told.show()[0].state for _ in range(3)]
+    assert states[1:] == ['lost', 'lost']
+    assert followed() == np.prod(target.world.shape)
+
+
+def test_a_box_ends_at_the_border_of_an_image_that_working_pixels_do_not_fit() -> None:
+    told = Told(working_height=55)
+    results = told.follow(walk(Figure(280), 10, 4.0))
+    (target,) = told.tracker.targets()
+    assert target.world.shape[1] / target.world.scale > WIDTH
+    assert max(result.box.right for result in results) == WIDTH

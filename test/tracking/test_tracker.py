@@ -190,11 +190,11 @@ def test_each_part_matters_and_can_be_switched_off(name: str, all_parts: TrackRe
 
 
 def test_a_box_on_somebody_tracked_starts_that_slot_anew() -> None:
-    told = Told(slots=2)
+    told = Told(slots=3)
     told.start(Figure(60), Figure(200, BLUE))
-    assert ids(told.show(Figure(60), Figure(200, BLUE))) == [1, 2]
+    assert ids(told.show(Figure(60), Figure(200, BLUE))) == [1, 2, 0]
     told.start(Figure(205, BLUE))
-    assert ids(told.show(Figure(60), Figure(202, BLUE))) == [1, 3]
+    assert ids(told.show(Figure(60), Figure(202, BLUE))) == [1, 3, 0]
 
 
 def test_without_a_free_slot_the_least_sure_is_replaced() -> None:

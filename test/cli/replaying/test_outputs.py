@@ -8,6 +8,7 @@ import csv
 import errno
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
@@ -24,6 +25,7 @@ from gait_segmentation.cli.replaying.outputs import (
     MasksOutput,
     OverlayOutput,
 )
+from gait_segmentation.errors import SequenceError
 from gait_segmentation.inputs import open_input
 from test.cli.replaying.results import replayed
 from test.files.test_output_files import room_for
@@ -165,6 +167,7 @@ def test_all_own_outputs_are_known_again_and_made_anew_with_force(
     assert (tmp_path / 'a.csv').exists()
     assert film.stat().st_mtime_ns == before
     assert main([*command, '--force']) == 0
+    assert film.stat().st_mtime_ns > before
     # The one image that cannot be read is in the film, too.
     assert len(list(open_input(film).images())) == 6
     (tmp_path / 'out/walk/walk.mcap').unlink()
@@ -219,3 +222,16 @@ def test_the_name_of_a_film_is_but_a_name(name: str, tmp_path: Path, monkeypatch
     monkeypatch.chdir(tmp_path)
     OverlayOutput(Path(name), About((64, 48), 25.0, 1)).close(complete=True)
     assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+def test_a_film_that_lacks_frames_since_the_disk_is_full_is_an_error(tmp_path: Path) -> None:
+    output = OverlayOutput(tmp_path / 'walk.mp4', About((300, 200), 25.0, 1))
+    noise = np.random.default_rng(0).integers(0, 256, (200, 300, 3)).astype(np.uint8)
+    mask = np.zeros(noise.shape[:2], np.uint8)
+    for index in range(30):
+        frame, result = replayed(index, [(0, mask, 0.0)])
+        with room_for(10_000):
+            output.add(replace(frame, image=noise), result)
+    with room_for(10_000), pytest.raises(SequenceError, match='must have 30 frames'):
+        output.finish()
+    output.close(complete=False)

@@ -153,3 +153,16 @@ def test_nothing_else_is_replaced(
     assert reason in capsys.readouterr().err
     assert (tmp_path / 'letter.csv').read_text() == 'dear'
     assert not (tmp_path / 'out').exists()
+
+
+def test_a_silhouette_stands_where_most_of_it_is() -> None:
+    """And not in the middle between the back and the hand of an arm that is held out."""
+    mask = figure(100, 20)
+    mask[60:70, 100:160] = 255
+    head = np.flatnonzero(normalised(mask)[0] > 127)
+    assert head.mean() == pytest.approx(31, abs=2)
+
+
+@pytest.mark.parametrize(('azimuth', 'name'), [(math.pi / 2, '090'), (-math.pi / 2, '270')])
+def test_walks_to_the_left_and_to_the_right_are_told_apart(azimuth: float, name: str) -> None:
+    assert [walk.walk for walk in walks_of(10, 4, azimuth).all()] == [name]
