@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 import math
-from dataclasses import astuple
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -55,31 +55,18 @@ def test_a_wrong_view_does_not_keep_the_phase_from_being_found(bank, degrees, wr
     assert finder.rate == pytest.approx(RATE, rel=0.1)
 
 
-def walking(speed=(0.0, 0.0), growth=0.0, noise=0.0, frames=40):
-    rng = np.random.default_rng(0)
-    for number in range(frames):
-        t = number / FPS
-        true = BodyFrame(50 + speed[0] * t, 80 + speed[1] * t, 100 * np.exp(growth * t), 0.1)
-        dx, dy, dh = rng.normal(0, noise, 3)
-        body = BodyFrame(true.center_x + dx, true.center_y + dy, true.height + dh, true.angle)
-        yield t, true, body
-
-
-def test_a_motion_is_believed_the_more_the_longer_it_shows():
-    steady = SteadyBody()
-    steady.update(BodyFrame(50.0, 80.0, 100.0), 0.0)
+def test_a_motion_is_believed_the_more_the_longer_it_shows_and_jumps_at_once():
+    steady, body = SteadyBody(), BodyFrame(50.0, 80.0, 100.0)
+    steady.update(body, 0.0)
     # Of a slope through two frames a fifth counts.
-    assert steady.update(BodyFrame(51.0, 80.0, 100.0), 0.04).center_x == pytest.approx(50.6)
-
-
-def test_jumps_are_taken_at_once():
-    steady = SteadyBody()
-    for t, _, body in walking():
-        steady.update(body, t)
-    far = BodyFrame(150.0, 80.0, 100.0)
+    moved = replace(body, center_x=51.0)
+    assert steady.update(moved, 0.04).center_x == pytest.approx(50.6)
+    steady.reset()
+    for number in range(40):
+        steady.update(body, number / FPS)
+    far, tall = replace(body, center_x=150.0), replace(body, height=200.0)
     assert astuple(steady.update(far, 40 / FPS)) == pytest.approx(astuple(far))
     steady.reset()
-    tall = BodyFrame(50.0, 80.0, 200.0)
     assert astuple(steady.update(tall, 41 / FPS)) == pytest.approx(astuple(tall))
 
 
@@ -118,25 +105,22 @@ def test_waits_for_a_phase_behind_and_takes_a_jump():
     assert near.update(0.1, 0.0, 0.0) == pytest.approx(0.1)
 
 
-PHASES = 30
-
-
-def test_a_clear_phase_and_its_twin_are_trusted_more_than_a_flat_belief():
-    clear = np.full(PHASES, 1e-5)
-    clear[[3, 18]] = 0.5
-    phase, sure = phase_near(clear / clear.sum(), 0.12)
-    assert phase == pytest.approx(0.1, abs=1e-3)
-    _, doubtful = phase_near(np.full(PHASES, 1 / PHASES), 0.1)
-    assert doubtful == pytest.approx(0.2)
-    assert 0.98 < sure <= 1
-
-
-def test_of_two_halves_the_nearer_one_is_taken():
-    belief = np.zeros(PHASES)
-    belief[[3, 18]] = 0.5
-    assert phase_near(belief, 0.65)[0] == pytest.approx(0.6)
-    belief[[3, 18]] = 0.8, 0.2
-    assert phase_near(belief, 0.65)[0] == pytest.approx(0.6)
-    belief[:] = 0
-    belief[29] = 1.0
-    assert phase_near(belief, 0.03)[0] == pytest.approx(29 / 30)
+@pytest.mark.parametrize(
+    ('belief', 'expected', 'phase', 'doubt'),
+    [
+        # A clear phase and its twin, of which the nearer one is taken.
+        ({3: 0.5, 18: 0.5}, 0.12, 0.1, 0.0),
+        ({3: 0.5, 18: 0.5}, 0.65, 0.6, 0.0),
+        ({3: 0.8, 18: 0.2}, 0.65, 0.6, 0.0),
+        ({29: 1.0}, 0.03, 29 / 30, 0.0),
+        (dict.fromkeys(range(30), 1 / 30), 0.1, None, 0.8),
+    ],
+)
+def test_of_what_is_believed_the_phase_nearest_to_the_last_is_taken(
+    belief, expected, phase, doubt
+):
+    values = np.full(30, 1e-9)
+    values[list(belief)] = list(belief.values())
+    found, sure = phase_near(values / values.sum(), expected)
+    assert phase is None or found == pytest.approx(phase, abs=1e-3)
+    assert sure == pytest.approx(1 - doubt, abs=0.02)

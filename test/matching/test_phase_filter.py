@@ -8,17 +8,17 @@ from gait_segmentation.matching.phase_filter import PhaseFilter
 PHASES, FPS = 30, 25
 
 
-def seen(phase, contrast, rng, noise=12.0):
+def seen(phase, contrast, rng):
     # Neighbouring phases look alike, and so do their errors.
     at = 2 * np.pi * np.arange(PHASES) / PHASES
-    a, b, c, d = rng.normal(0, noise, 4)
+    a, b, c, d = rng.normal(0, 12.0, 4)
     errors = a * np.cos(at) + b * np.sin(at) + c * np.cos(2 * at) + d * np.sin(2 * at)
     # A factor of e is worth less where errors are as large as these.
     return 0.6 * (contrast * np.cos(at - 2 * np.pi * phase) + errors)
 
 
-def run(clock, phases, contrast, seed=0):
-    rng = np.random.default_rng(seed)
+def run(clock, phases, contrast):
+    rng = np.random.default_rng(0)
     filtered = []
     for number, phase in enumerate(phases):
         clock.update(seen(phase, contrast, rng), number / FPS)
