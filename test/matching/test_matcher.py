@@ -1,6 +1,8 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+import gc
 import math
+import tracemalloc
 
 import cv2
 import numpy as np
@@ -226,6 +228,21 @@ def test_refuses_what_it_cannot_use_and_goes_on(bank, change, words):
         matcher.update(**{**values, **change}, track_id=1)
     good = {**values, 'stamp_ns': stamp + 5 * 10**7}
     assert len(matcher.update(**good, track_id=1)) == 1
+
+
+def test_memory_does_not_grow(bank):
+    frames, matcher, taken = list(walk(0.3, 20)), SequenceMatcher(bank, config(lag=2)), []
+    tracemalloc.start()
+    for number in range(130):
+        _, _, image, box = frames[number % len(frames)]
+        stamp = 10**9 + number * 10**9 // FPS
+        matcher.update(image, box, stamp, track_id=1, source_size=SIZE)
+        if number in (80, 129):
+            # Also empties the interpreter's lists of freed objects.
+            gc.collect()
+            taken.append(tracemalloc.get_traced_memory()[0])
+    tracemalloc.stop()
+    assert taken[1] - taken[0] < 20_000
 
 
 def test_the_phase_goes_on_while_the_view_crosses_the_axis(bank):
