@@ -61,8 +61,7 @@ def test_a_reader_that_leaves_is_no_error() -> None:
 
 
 @pytest.mark.parametrize(
-    'work',
-    ['print("x")', 'argparse.ArgumentParser().parse_args(["--help"])'],
+    'work', ['print("x")', 'argparse.ArgumentParser().parse_args(["--help"])']
 )
 def test_a_full_disk_under_the_output_is_said_in_one_line(work: str) -> None:
     script = (

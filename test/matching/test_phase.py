@@ -9,12 +9,7 @@ import pytest
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.matching import MatchingConfig
-from gait_segmentation.matching.phase import (
-    NearLeg,
-    PhaseFinder,
-    SteadyBody,
-    phase_near,
-)
+from gait_segmentation.matching.phase import NearLeg, PhaseFinder, SteadyBody, phase_near
 from gait_tools.gait_model import render_silhouette
 
 FPS, RATE, HEIGHT = 25, 0.95, 90.0

@@ -9,11 +9,7 @@ import pytest
 from gait_segmentation.geometry import Box, check_body, check_matched_box
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.matching.placements import PlacementGrid
-from gait_segmentation.matching.sampling import (
-    refined_box,
-    resampled,
-    warp_template,
-)
+from gait_segmentation.matching.sampling import refined_box, resampled, warp_template
 from test.matching.cases import windows_of
 
 CONFIG = MatchingConfig(shifts_x=2, shifts_y=1, scales=1, scale_step=0.06, blur=1)

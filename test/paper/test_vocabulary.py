@@ -10,11 +10,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.paper.vocabulary import (
-    Vocabulary,
-    VocabularyError,
-    default_vocabulary,
-)
+from gait_segmentation.paper.vocabulary import Vocabulary, VocabularyError, default_vocabulary
 from gait_tools.vocabulary_training import write_vocabulary
 
 BODY = BodyFrame(50.0, 80.0, 90.0)

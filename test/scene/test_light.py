@@ -28,10 +28,7 @@ def lit(image: np.ndarray, gain: object, noise: int | None = None) -> np.ndarray
 
 
 def shown(
-    light: Light,
-    image: np.ndarray,
-    motion: WorldMotion = STILL,
-    people: np.ndarray = NOBODY,
+    light: Light, image: np.ndarray, motion: WorldMotion = STILL, people: np.ndarray = NOBODY
 ) -> np.ndarray:
     made = light.corrected(image)
     light.follow(motion, people)

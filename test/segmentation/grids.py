@@ -22,9 +22,7 @@ def links_of(graph: OpenGraph) -> NDArray[np.int32]:
 
 
 def cut(
-    logit: NDArray[np.float32],
-    links: NDArray[np.int32],
-    given: NDArray[np.int8] | None = None,
+    logit: NDArray[np.float32], links: NDArray[np.int32], given: NDArray[np.int8] | None = None
 ) -> NDArray[np.bool_]:
     """Return the cut of least energy with any links."""
     graph = open_graph(np.zeros(logit.shape, np.int8) if given is None else given)

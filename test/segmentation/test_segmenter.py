@@ -11,9 +11,7 @@ from gait_segmentation.geometry import BodyFrame, Placement
 from gait_segmentation.paper.vocabulary import VocabularyError
 from gait_segmentation.results import MatchResult
 from gait_segmentation.segmentation import SegmentationConfig
-from gait_segmentation.segmentation.segmenter import (
-    Segmenter,
-)
+from gait_segmentation.segmentation.segmenter import Segmenter
 
 SHAPE = (160, 120)
 BODY = BodyFrame(60, 80, 120)

@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.first_scene import (
-    FirstScene,
-    barrier_distance,
-    first_scene,
-)
+from gait_segmentation.starting.first_scene import FirstScene, barrier_distance, first_scene
 from gait_segmentation.starting.hypotheses import VIEWS, Hypothesis, fit_view
 from test.walkers import small_bank
 

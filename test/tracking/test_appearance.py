@@ -4,10 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.tracking.appearance import (
-    Appearance,
-    colour_signature,
-)
+from gait_segmentation.tracking.appearance import Appearance, colour_signature
 from test.tracking.figures import BLUE, GREEN, RED, Figure, picture
 
 

@@ -8,11 +8,7 @@ import pytest
 from gait_segmentation.colour import ColourModel
 from gait_segmentation.images import placed
 from gait_segmentation.results import Feedback
-from gait_segmentation.tracking.learning import (
-    grown,
-    learn,
-    without_parts_apart,
-)
+from gait_segmentation.tracking.learning import grown, learn, without_parts_apart
 from gait_segmentation.tracking.person import Person
 from test.tracking.figures import Figure, Told, picture
 

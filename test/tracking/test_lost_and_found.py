@@ -10,17 +10,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.tracking.redetection import recover
-from test.tracking.figures import (
-    BLUE,
-    GREEN,
-    RED,
-    STEP_NS,
-    WIDTH,
-    Figure,
-    Told,
-    picture,
-    walk,
-)
+from test.tracking.figures import BLUE, GREEN, RED, STEP_NS, WIDTH, Figure, Told, picture, walk
 
 BOARD = (130, 190)
 
@@ -169,11 +159,7 @@ def test_who_is_lost_is_sought_all_over_but_not_among_others(away: float, taken:
 
 
 @pytest.mark.parametrize(
-    ('pace', 'place'),
-    [
-        ((9e3, 0.0), (WIDTH + 30, 90)),
-        ((0.0, -9e3), (60, -30)),
-    ],
+    ('pace', 'place'), [((9e3, 0.0), (WIDTH + 30, 90)), ((0.0, -9e3), (60, -30))]
 )
 def test_who_left_is_waited_for_a_little_beyond_the_border(
     pace: tuple[float, float], place: tuple[float, float]

@@ -20,9 +20,7 @@ class Tracker:
 
     def __init__(self, **changes) -> None:
         self.people = PeopleTracker(
-            small_bank(),
-            TrackingConfig(**changes),
-            starting=StartingConfig(auto_init='none'),
+            small_bank(), TrackingConfig(**changes), starting=StartingConfig(auto_init='none')
         )
         self.initialize, self.reset = self.people.initialize, self.people.reset
 

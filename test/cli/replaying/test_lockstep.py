@@ -100,8 +100,7 @@ def test_what_waits_is_answered_before_time_jumps_back_and_the_box_is_used_again
 
 
 @pytest.mark.parametrize(
-    ('order', 'answered'),
-    [((0, 3, 1, 2, 4, 5), [0, 3, 4, 5]), ((0, 1, 1, 2), [0, 1, 2])],
+    ('order', 'answered'), [((0, 3, 1, 2, 4, 5), [0, 3, 4, 5]), ((0, 1, 1, 2), [0, 1, 2])]
 )
 def test_stale_frames_are_dropped_with_a_warning(
     order: tuple[int, ...], answered: list[int]

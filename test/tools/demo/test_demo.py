@@ -110,10 +110,7 @@ def test_everything_is_written(demo: Demo, film, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ('number', 'code', 'said'),
-    [
-        (signal.SIGINT, 130, 'interrupted'),
-        (signal.SIGKILL, -signal.SIGKILL, ''),
-    ],
+    [(signal.SIGINT, 130, 'interrupted'), (signal.SIGKILL, -signal.SIGKILL, '')],
 )
 def test_whatever_ends_it_leaves_no_process_behind(
     demo: Demo, number: int, code: int, said: str

@@ -20,12 +20,7 @@ from gait_tools.evaluation.metrics import (
     true_box,
     truth_of,
 )
-from gait_tools.evaluation.report import (
-    Summary,
-    mean_of,
-    restart_report,
-    table,
-)
+from gait_tools.evaluation.report import Summary, mean_of, restart_report, table
 from gait_tools.evaluation.runner import Outcome
 from gait_tools.evaluation.tracking_score import Attendance, TrackingScore
 
@@ -82,10 +77,7 @@ def test_restarts_are_averaged_per_sequence_first(report):
     restarts = restart_report({'one': {0: [0.6, 1.0], 10: [0.4, 0.8]}, 'two': {0: [1.0]}})
     assert restarts['J'] == pytest.approx(0.85)
     assert restarts['J0'] == pytest.approx(0.75)
-    assert restarts['per_sequence']['one']['starts']['10'] == {
-        'J': pytest.approx(0.6),
-        'J0': 0.4,
-    }
+    assert restarts['per_sequence']['one']['starts']['10'] == {'J': pytest.approx(0.6), 'J0': 0.4}
     assert restart_report({'short': {}})['J'] is None
     text = table({**report, 'restarts': restarts})
     assert 'restart J' in text

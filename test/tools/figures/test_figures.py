@@ -18,15 +18,7 @@ from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.results import MatchResult
 from gait_tools.figures.pictures import TILE, chosen, draw_frames, table_of
-from gait_tools.figures.walk import (
-    Phases,
-    Shot,
-    Walk,
-    figured,
-    mean_scores,
-    open_walk,
-    record,
-)
+from gait_tools.figures.walk import Phases, Shot, Walk, figured, mean_scores, open_walk, record
 from test.walkers import small_bank
 
 EXAMPLE = Path(__file__).parents[3] / 'examples/walker'

@@ -12,11 +12,7 @@ import pytest
 from gait_segmentation.gait_model import default_bank
 from gait_tools.gait_model.body import BUILDS, PARTS, Build
 from gait_tools.gait_model.builder import DIRECTIONS, BankSpec, build_bank
-from gait_tools.gait_model.render import (
-    render_cycle,
-    render_parts,
-    render_silhouette,
-)
+from gait_tools.gait_model.render import render_cycle, render_parts, render_silhouette
 
 SMALL = BankSpec(height=48, width=32, azimuths=4, phases=6, builds='average, stout')
 
