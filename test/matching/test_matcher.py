@@ -180,26 +180,20 @@ def test_a_tilted_body_is_sampled_upright(bank):
     assert (prior & image).sum() / (prior | image).sum() > 0.8
 
 
-def test_nothing_seen_is_nothing_believed(bank):
-    matcher = SequenceMatcher(bank, config())
-    stamp, _, image, box = next(walk(0.0, 1))
-    result = matcher.update(image * 0, box, stamp, track_id=1, source_size=SIZE)[0]
-    assert (result.similarity, result.confidence) == (0, 0)
-    assert (result.placement.dx, result.placement.dy, result.placement.scale) == (0, 0, 1)
-
-
-def test_another_person_or_a_long_pause_begins_anew(bank):
+def test_another_person_or_a_long_pause_begins_anew_and_nothing_seen_is_not_believed(bank):
     frames = list(walk(0.0, 8))
-    matcher = SequenceMatcher(bank, config())
+    matcher, other = SequenceMatcher(bank, config()), SequenceMatcher(bank, config())
     run(matcher, frames[:6])
     stamp, _, image, box = frames[6]
-    fresh = SequenceMatcher(bank, config()).update(
-        image, box, stamp, track_id=2, source_size=SIZE
-    )[0]
-    other = matcher.update(image, box, stamp, track_id=2, source_size=SIZE)[0]
-    assert (other.phase, other.phase_rate) == (fresh.phase, fresh.phase_rate)
-    later = matcher.update(image, box, stamp + 10**10, track_id=2, source_size=SIZE)[0]
-    assert (later.phase, later.phase_rate) == (fresh.phase, fresh.phase_rate)
+    given = {'box': box, 'track_id': 2, 'source_size': SIZE}
+    (fresh,) = other.update(image, stamp_ns=stamp, **given)
+    for later in (stamp, stamp + 10**10):
+        (found,) = matcher.update(image, stamp_ns=later, **given)
+        assert (found.phase, found.phase_rate) == (fresh.phase, fresh.phase_rate)
+    other.reset()
+    (result,) = other.update(image * 0, stamp_ns=stamp, **given)
+    assert (result.similarity, result.confidence) == (0, 0)
+    assert (result.placement.dx, result.placement.dy, result.placement.scale) == (0, 0, 1)
 
 
 @pytest.mark.parametrize(

@@ -26,10 +26,6 @@ def run(clock, phases, contrast):
     return np.array(filtered)
 
 
-def smoothed(clock, frames):
-    return np.array([clock.belief(back) for back in reversed(range(frames))])
-
-
 def off(beliefs, phases):
     mean = np.angle(beliefs @ np.exp(2j * np.pi * np.arange(PHASES) / PHASES)) / (2 * np.pi)
     return np.abs((mean - phases + 0.5) % 1 - 0.5)
@@ -60,7 +56,7 @@ def test_later_frames_correct_earlier_ones():
     phases = 0.1 + 0.9 * np.arange(60) / FPS
     clock = PhaseFilter(PHASES, 0.5, 1.33, 60, np.ones(1))
     filtered = run(clock, phases, 15.0)
-    later = smoothed(clock, 60)
+    later = np.array([clock.belief(back) for back in reversed(range(60))])
     assert later[-1] == pytest.approx(filtered[-1])
     assert off(later, phases).mean() < 0.9 * off(filtered, phases).mean()
 
@@ -111,7 +107,8 @@ def test_views_move_on_with_somebody_who_turns():
             clock.update(across(phase, view, 5, rng), number / FPS, moved)
             if number == 20:
                 found[told] = clock.likely((number + 1) / FPS)[1]
-        assert off(smoothed(clock, 60), phases).mean() < 0.03
+        smoothed = np.array([clock.belief(back) for back in reversed(range(60))])
+        assert off(smoothed, phases).mean() < 0.03
     assert found[True]
 
 

@@ -87,9 +87,8 @@ def test_a_part_is_sampled_as_the_whole_is_smoothed():
 
 @pytest.mark.parametrize(('x', 'y'), [(-1, 0), (0, -1), (51, 0), (0, 35)])
 def test_what_is_outside_of_the_image_is_not_known(x, y):
-    image = np.full((60, 80), 255, np.uint8)
     grid = np.array([[1.0, 0.0, float(x)], [0.0, 1.0, float(y)]])
-    (found,), seen = resampled(image, None, [grid], (30, 26), 1)
+    (found,), seen = resampled(np.full((60, 80), 255, np.uint8), None, [grid], (30, 26), 1)
     assert 0 < (seen == 0).sum() <= 30
     np.testing.assert_array_equal(found, seen[0])
 

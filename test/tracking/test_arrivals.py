@@ -185,13 +185,11 @@ def test_of_those_who_are_lost_the_one_lost_longest_makes_room() -> None:
 
 
 def test_people_are_found_in_the_heat_map_of_a_frame_and_not_in_a_late_one() -> None:
-    told, template = Told(1, 'motion'), small_bank().templates[0, 0]
-    image, _ = picture([])
-    heat = np.zeros(image.shape[:2], np.uint8)
+    told, (image, _) = Told(1, 'motion'), picture([])
+    template, heat = small_bank().templates[0, 0], np.zeros(image.shape[:2], np.uint8)
     heat[40 : 40 + template.shape[0], 100 : 100 + template.shape[1]] = template
     for number in range(1, 4):
-        found = told.tracker.update(image, number * STEP_NS)
-        assert ids(found) == [0]
+        assert ids(told.tracker.update(image, number * STEP_NS)) == [0]
         # It comes when its frame is past.
         told.tracker.add_heat_map(heat, number * STEP_NS)
     assert ids(told.tracker.update(image, 4 * STEP_NS, heat)) == [1]
@@ -275,13 +273,11 @@ def test_a_part_that_the_network_is_sure_of_is_nobody_beside_the_whole(bank, chi
     assert (found.y, found.height) == (pytest.approx(20, abs=4), pytest.approx(180, abs=4))
 
 
-def fitting(share: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return a mask and a template with such a similarity."""
-    template = np.zeros((100, 10), np.uint8)
-    mask = template.copy()
-    template[:] = 255
+def bar(share: float) -> np.ndarray:
+    """Return a mask whose similarity to the whole bar is its share."""
+    mask = np.zeros((100, 10), np.uint8)
     mask[: round(100 * share)] = 255
-    return mask, template
+    return mask
 
 
 @pytest.mark.parametrize(
@@ -299,7 +295,7 @@ def test_masks_must_fit_their_templates_the_less_the_more_evidence_there_is(
 ) -> None:
     trial = Trial(10**9)
     for share in fits:
-        trial.learn(10**9, *fitting(share))
+        trial.learn(10**9, bar(share), bar(1.0))
     trial.see(evidence)
     trial.see(0.0)
     assert trial.is_failed(2 * 10**9, vanished=False) != passed
@@ -334,7 +330,7 @@ def test_who_walks_changes_shape_and_stays_a_body(
 
 def test_masks_tell_after_a_second_and_nobody_vanishes_in_three() -> None:
     trial = Trial(10**9)
-    trial.learn(10**9, *fitting(0.3))
+    trial.learn(10**9, bar(0.3), bar(1.0))
     assert not trial.is_failed(2 * 10**9 - 1, vanished=False)
     assert trial.is_failed(2 * 10**9 - 1, vanished=True)
     assert trial.is_failed(2 * 10**9, vanished=False)

@@ -159,12 +159,19 @@ def test_who_is_lost_is_sought_all_over_but_not_among_others(away: float, taken:
 
 
 @pytest.mark.parametrize(
-    ('pace', 'place'), [((9e3, 0.0), (WIDTH + 30, 90)), ((0.0, -9e3), (60, -30))]
+    ('pace', 'frames', 'place'),
+    [
+        # A little beyond the border.
+        ((9e3, 0.0), 3, (WIDTH + 30, 90)),
+        ((0.0, -9e3), 3, (60, -30)),
+        # For a while, and then no more.
+        ((20.0, 0.0), 100, (60 + 20 * (1.0 + 0.5), 90)),
+    ],
 )
-def test_who_left_is_waited_for_a_little_beyond_the_border(
-    pace: tuple[float, float], place: tuple[float, float]
+def test_who_is_hidden_or_left_walks_on_and_is_waited_for(
+    pace: tuple[float, float], frames: int, place: tuple[float, float]
 ) -> None:
-    told = Told()
+    told = Told(patience=10.0)
     told.start(Figure(60))
     told.show(Figure(60))
     (target,) = told.tracker.targets()
@@ -172,51 +179,31 @@ def test_who_left_is_waited_for_a_little_beyond_the_border(
     person.shift(60 - person.center_x, 90 - person.center_y)
     person.height = 100.0
     person.velocity = pace
-    for _ in range(3):
+    for _ in range(frames):
         told.show(boards=[(0, WIDTH)])
-    assert (person.center_x, person.center_y) == pytest.approx(place)
-
-
-def test_who_is_hidden_walks_on_for_a_while_and_stops() -> None:
-    told = Told(patience=10.0)
-    told.start(Figure(60))
-    told.show(Figure(60))
-    (target,) = told.tracker.targets()
-    target.person.velocity = (20.0, 0.0)
-    before = target.person.center_x
-    for _ in range(100):
-        told.show(boards=[(0, WIDTH)])
-    assert target.person.center_x - before == pytest.approx(20 * (1.0 + 0.5), abs=2)
+    assert (person.center_x, person.center_y) == pytest.approx(place, abs=2 * (frames > 3) + 1e-3)
 
 
 # Input that is no good.
 
 
-@pytest.mark.parametrize('gain', [0.65, 1.4])
-def test_a_jump_of_the_exposure_is_undone(gain: float) -> None:
-    told = Told()
-    path = walk(Figure(60), 40)
-    told.start(path[0])
-    for number, figure in enumerate(path):
-        image, masks = picture([figure])
-        if number >= 20:
-            image = cv2.convertScaleAbs(image, alpha=gain)
-        (result,) = told.see(image, masks)
-        assert result.state == 'tracked', number
-    assert result.box.iou(path[-1].box) > 0.7
-    assert result.confidence > 0.6
-
-
-@pytest.mark.parametrize('shift', [(40, 0), (-40, 12)])
-def test_a_camera_knocked_by_40_pixels_keeps_the_person(shift: tuple[int, int]) -> None:
+@pytest.mark.parametrize(
+    ('gain', 'shift'), [(0.65, (0, 0)), (1.4, (0, 0)), (1.0, (40, 0)), (1.0, (-40, 12))]
+)
+def test_a_jump_of_the_exposure_or_of_the_camera_keeps_the_person(
+    gain: float, shift: tuple
+) -> None:
     told = Told()
     path = walk(Figure(140), 30, 1.5)
     told.start(path[0])
     for number, figure in enumerate(path):
-        (result,) = told.show(figure, shift=shift if number >= 15 else (0, 0))
-    moved = path[-1].box.shifted(*shift)
+        image, masks = picture([figure], shift=shift if number >= 15 else (0, 0))
+        image = cv2.convertScaleAbs(image, alpha=gain) if number >= 15 else image
+        (result,) = told.see(image, masks)
+        assert result.state == 'tracked' or shift != (0, 0), number
     assert result.state == 'tracked'
-    assert result.box.iou(moved) > 0.7
+    assert result.box.iou(path[-1].box.shifted(*shift)) > 0.7
+    assert result.confidence > 0.6
 
 
 @pytest.mark.parametrize('pattern', [(1, 2), (1, 1, 4), (1, 1, 1, 1, 8)])
