@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """gait_replay from end to end on a short synthetic bag."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -50,9 +48,6 @@ def test_a_reader_that_leaves_is_no_error() -> None:
         stdout=pipe,
         stderr=pipe,
     ) as process:
-        assert process.stdin is not None
-        assert process.stdout is not None
-        assert process.stderr is not None
         assert process.stdout.readline() == b'begun\n'
         process.stdout.close()
         process.stdin.close()

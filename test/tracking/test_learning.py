@@ -60,10 +60,6 @@ def block(left: int, top: int, right: int, bottom: int) -> np.ndarray:
     return mask
 
 
-def broad(mask: np.ndarray) -> Person:
-    return Person(30, 30, 40, 8, 8, mask, ColourModel(0.7, 1e-4), ColourModel(0.7, 1e-4))
-
-
 def test_the_margin_is_a_share_of_the_height() -> None:
     mask = block(20, 10, 40, 50)
     window, part = grown(mask, 100)
@@ -75,7 +71,8 @@ def test_the_margin_is_a_share_of_the_height() -> None:
 
 def test_a_first_mask_far_too_large_does_not_keep_others_out_for_ever() -> None:
     true = block(20, 10, 40, 50)
-    person = broad(block(14, 10, 46, 50))
+    colours = ColourModel(0.7, 1e-4), ColourModel(0.7, 1e-4)
+    person = Person(30, 30, 40, 8, 8, block(14, 10, 46, 50), *colours)
     assert not person.shows_all(true)
     for _ in range(30):
         person.shows_all(true)

@@ -168,13 +168,13 @@ def test_a_box_starts_the_slot_of_who_stands_there_anew_or_else_that_of_the_leas
     people = [Figure(60), Figure(150, BLUE)]
     told.start(*people)
     assert ids(told.show(*people)) == [1, 2]
-    told.start(Figure(155, BLUE))
-    assert ids(told.show(*people)) == [1, 3]
+    told.start(Figure(65))
+    assert ids(told.show(*people)) == [3, 2]
     # The second stands behind a board.
     results = [told.show(*people, boards=[(125, 145)]) for _ in range(2)][-1]
     assert results[1].confidence < results[0].confidence
     told.start(Figure(250, GREEN))
-    assert ids(told.show(*people, Figure(250, GREEN), boards=[(125, 145)])) == [1, 4]
+    assert ids(told.show(*people, Figure(250, GREEN), boards=[(125, 145)])) == [3, 4]
 
 
 def test_people_of_one_size_share_a_world_and_others_have_their_own() -> None:

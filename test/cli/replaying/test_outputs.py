@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where outputs may be, what becomes of those that are there, and of those broken off."""
 
-from __future__ import annotations
-
 import csv
 import errno
 import re

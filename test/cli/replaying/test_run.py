@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Several inputs at a time, in processes and on a Dask cluster."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """gait_demo from end to end on a short synthetic film, and what can go wrong."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The gait model, from which banks are drawn; of the average walker, the bank says every bit."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
