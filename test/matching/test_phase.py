@@ -15,15 +15,10 @@ from gait_tools.gait_model import render_silhouette
 FPS, RATE, HEIGHT = 25, 0.95, 90.0
 
 
-@pytest.fixture(scope='module')
-def bank():
-    return default_bank()
-
-
-def phase_errors(bank, azimuths, told, off=0.01):
+def phase_errors(azimuths, told):
     """Return phase errors modulo half a stride; view, place and height told are wrong."""
     rng = np.random.default_rng(0)
-    finder = PhaseFinder(bank, MatchingConfig())
+    finder = PhaseFinder(default_bank(), MatchingConfig())
     found = []
     for number, (azimuth, view) in enumerate(zip(azimuths, told, strict=True)):
         phase = (0.3 + RATE * number / FPS) % 1
@@ -32,7 +27,7 @@ def phase_errors(bank, azimuths, told, off=0.01):
         top, left = (140 - drawn.shape[0]) // 2, (130 - drawn.shape[1]) // 2
         image[top : top + drawn.shape[0], left : left + drawn.shape[1]] = drawn
         image = np.where(rng.random(image.shape) < 0.2, 255 - image, image).astype(np.uint8)
-        dx, dy, dh = HEIGHT * rng.normal(0, off, 3)
+        dx, dy, dh = HEIGHT * rng.normal(0, 0.01, 3)
         body = BodyFrame(65 + dx, 70 + dy, HEIGHT + dh)
         finder.update(image, None, body, ('average', view), 0, number / FPS)
         belief = finder.belief()
@@ -43,9 +38,9 @@ def phase_errors(bank, azimuths, told, off=0.01):
 
 @pytest.mark.parametrize('degrees', [80, 95, -100])
 @pytest.mark.parametrize('wrong', [-8, 8])
-def test_a_wrong_view_does_not_keep_the_phase_from_being_found(bank, degrees, wrong):
+def test_a_wrong_view_does_not_keep_the_phase_from_being_found(degrees, wrong):
     azimuth, told = np.radians(degrees), np.radians(degrees + wrong)
-    found, finder = phase_errors(bank, [azimuth] * 40, [told] * 40)
+    found, finder = phase_errors([azimuth] * 40, [told] * 40)
     assert np.sqrt((found[8:] ** 2).mean()) < 0.03
     assert finder.rate == pytest.approx(RATE, rel=0.1)
 

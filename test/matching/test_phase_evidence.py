@@ -17,18 +17,13 @@ PHASE = 8
 
 
 @pytest.fixture(scope='module')
-def bank():
-    return default_bank()
-
-
-@pytest.fixture(scope='module')
-def fine(bank):
-    return FineViews(bank)
+def fine():
+    return FineViews(default_bank())
 
 
 @pytest.fixture
-def evidence(bank, fine):
-    return FineEvidence(fine, bank.fill)
+def evidence(fine):
+    return FineEvidence(fine, default_bank().fill)
 
 
 def picture(azimuth, height=HEIGHT, down=0.0):

@@ -198,14 +198,9 @@ def test_people_are_found_in_the_heat_map_of_a_frame_and_not_in_a_late_one() -> 
 SOURCE = (240, 320)
 
 
-@pytest.fixture(scope='module')
-def bank():
-    return default_bank()
-
-
-def body(bank, size=(30, 60), phase=0):
+def body(size=(30, 60), phase=0):
     """Return a template, (h, w) uint8."""
-    template = bank.templates[0, phase]
+    template = default_bank().templates[0, phase]
     x, y, w, h = cv2.boundingRect(template)
     return np.where(cv2.resize(template[y : y + h, x : x + w], size) > 127, 255, 0)
 
@@ -218,9 +213,9 @@ def heat(number, *regions):
     return HeatMap(values, 1 + number)
 
 
-def test_people_are_found_at_once_by_the_shape_of_a_body(bank):
-    finder = MapFinder(bank)
-    regions = (20, 30, body(bank)), (90, 20, body(bank, (36, 80), 8))
+def test_people_are_found_at_once_by_the_shape_of_a_body():
+    finder = MapFinder(default_bank())
+    regions = (20, 30, body()), (90, 20, body((36, 80), 8))
     found = finder.update(heat(0, *regions), SOURCE, [], 20)
     assert [(box.x, box.y, box.width, box.height) for box in found] == [
         pytest.approx((180, 40, 72, 160), abs=4),
@@ -229,14 +224,14 @@ def test_people_are_found_at_once_by_the_shape_of_a_body(bank):
     assert finder.update(heat(0, *regions), SOURCE, [], 20) == []
 
 
-def test_whoever_is_tracked_is_not_found_again_and_what_hangs_together_with_them_is_theirs(bank):
+def test_whoever_is_tracked_is_not_found_again_and_what_hangs_together_with_them_is_theirs():
     finder, touching, tracked = (
-        MapFinder(bank),
+        MapFinder(default_bank()),
         np.zeros((60, 64), np.uint8),
         [Box(36, 56, 66, 130)],
     )
-    assert finder.update(heat(0, (20, 30, body(bank))), SOURCE, tracked, 20) == []
-    touching[:, :30] = touching[:, 34:] = body(bank)
+    assert finder.update(heat(0, (20, 30, body())), SOURCE, tracked, 20) == []
+    touching[:, :30] = touching[:, 34:] = body()
     touching[50:, 25:40] = 255
     assert finder.update(heat(1, (20, 30, touching)), SOURCE, tracked, 20) == []
     finder.reset()
@@ -245,13 +240,13 @@ def test_whoever_is_tracked_is_not_found_again_and_what_hangs_together_with_them
 
 
 @pytest.mark.parametrize('size', [(60, 30), (100, 8), (6, 12)])
-def test_what_lies_or_is_tiny_is_nobody(bank, size):
-    finder, region = MapFinder(bank), (20, 30, np.full(size[::-1], 255, np.uint8))
+def test_what_lies_or_is_tiny_is_nobody(size):
+    finder, region = MapFinder(default_bank()), (20, 30, np.full(size[::-1], 255, np.uint8))
     assert not any(finder.update(heat(n, region), SOURCE, [], 30) for n in range(20))
 
 
-def test_what_is_less_clear_must_be_seen_in_several_maps(bank):
-    finder, square = MapFinder(bank), np.full((60, 34), 255, np.uint8)
+def test_what_is_less_clear_must_be_seen_in_several_maps():
+    finder, square = MapFinder(default_bank()), np.full((60, 34), 255, np.uint8)
     found = [len(finder.update(heat(n, (20 + n, 30, square)), SOURCE, [], 20)) for n in range(8)]
     assert found[0] == 0
     assert sum(found) >= 1
@@ -261,12 +256,12 @@ def test_what_is_less_clear_must_be_seen_in_several_maps(bank):
 
 
 @pytest.mark.parametrize('child', [False, True])
-def test_a_part_that_the_network_is_sure_of_is_nobody_beside_the_whole(bank, child):
+def test_a_part_that_the_network_is_sure_of_is_nobody_beside_the_whole(child):
     """Even if it has more of the shape of a body than the whole, as a print on a dress."""
-    finder, whole = MapFinder(bank), body(bank, (40, 90)).astype(np.uint8) // 4
+    finder, whole = MapFinder(default_bank()), body((40, 90)).astype(np.uint8) // 4
     if child:
         whole = cv2.dilate(whole, np.ones((7, 7), np.uint8))
-        whole[25:70, 10:30] = np.maximum(whole[25:70, 10:30], body(bank, (20, 45)))
+        whole[25:70, 10:30] = np.maximum(whole[25:70, 10:30], body((20, 45)))
     else:
         whole[50:, 12:28] = 255
     (found,) = finder.update(heat(0, (20, 10, whole)), SOURCE, [], 20)
@@ -338,11 +333,11 @@ def test_masks_tell_after_a_second_and_nobody_vanishes_in_three() -> None:
     assert trial.is_over(4 * 10**9)
 
 
-def test_who_is_found_in_a_map_has_the_mask_that_it_shows(bank) -> None:
+def test_who_is_found_in_a_map_has_the_mask_that_it_shows() -> None:
     # A black cabinet goes on from somebody in black who reaches across it.
     image = np.random.default_rng(0).integers(120, 250, (*SOURCE, 3), np.uint8)
     shown = np.zeros(SOURCE, np.uint8)
-    shown[60:180, 100:160] = body(bank, (60, 120))
+    shown[60:180, 100:160] = body((60, 120))
     shown[80:90, 130:190] = 255
     image[shown > 0] = 10
     image[95:200, 140:200] = 10
@@ -350,7 +345,7 @@ def test_who_is_found_in_a_map_has_the_mask_that_it_shows(bank) -> None:
     heat_map = HeatMap(shown, 1)
     world.advance(image, 1, (), camera=False, heat=heat_map)
     box = Box(*cv2.boundingRect(shown)).scaled(world.scale)
-    start, cue = look_at(world, box, None, bank, TrackingConfig(), by_map=True)
+    start, cue = look_at(world, box, None, default_bank(), TrackingConfig(), by_map=True)
     truth = cv2.resize(shown, start.mask.shape[::-1], interpolation=cv2.INTER_AREA) > 127
     mask = start.mask > 0
     assert (mask & truth).sum() > 0.9 * (mask | truth).sum()
