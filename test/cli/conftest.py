@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A recording for gait_replay."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -51,9 +49,6 @@ def test_a_reader_that_leaves_is_no_error() -> None:
         stdout=pipe,
         stderr=pipe,
     ) as process:
-        assert process.stdin is not None
-        assert process.stdout is not None
-        assert process.stderr is not None
         assert process.stdout.readline() == b'begun\n'
         process.stdout.close()
         process.stdin.close()
@@ -62,8 +57,7 @@ def test_a_reader_that_leaves_is_no_error() -> None:
 
 
 @pytest.mark.parametrize(
-    'work',
-    ['print("x")', 'argparse.ArgumentParser().parse_args(["--help"])'],
+    'work', ['print("x")', 'argparse.ArgumentParser().parse_args(["--help"])']
 )
 def test_a_full_disk_under_the_output_is_said_in_one_line(work: str) -> None:
     script = (

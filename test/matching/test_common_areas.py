@@ -7,9 +7,7 @@ from hypothesis import given, settings
 
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.matching.common_areas import WindowGrid, pitch_of
-from gait_segmentation.matching.events import (
-    make_program,
-)
+from gait_segmentation.matching.events import make_program
 from gait_segmentation.matching.path import UNIT
 from gait_segmentation.matching.placements import Sampled, SearchRange
 from gait_segmentation.matching.similarities import KERNELS, SimilarityMaps, coded_bank

@@ -8,11 +8,7 @@ import pytest
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.matching.common_areas import pitch_of
-from gait_segmentation.matching.path import (
-    UNIT,
-    PathSearch,
-    view_changes,
-)
+from gait_segmentation.matching.path import UNIT, PathSearch, view_changes
 from gait_segmentation.matching.placements import SearchRange
 from gait_segmentation.matching.views import Views
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 import math
-from dataclasses import astuple
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -9,26 +9,16 @@ import pytest
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.matching import MatchingConfig
-from gait_segmentation.matching.phase import (
-    NearLeg,
-    PhaseFinder,
-    SteadyBody,
-    phase_near,
-)
+from gait_segmentation.matching.phase import NearLeg, PhaseFinder, SteadyBody, phase_near
 from gait_tools.gait_model import render_silhouette
 
 FPS, RATE, HEIGHT = 25, 0.95, 90.0
 
 
-@pytest.fixture(scope='module')
-def bank():
-    return default_bank()
-
-
-def phase_errors(bank, azimuths, told, off=0.01):
+def phase_errors(azimuths, told):
     """Return phase errors modulo half a stride; view, place and height told are wrong."""
     rng = np.random.default_rng(0)
-    finder = PhaseFinder(bank, MatchingConfig())
+    finder = PhaseFinder(default_bank(), MatchingConfig())
     found = []
     for number, (azimuth, view) in enumerate(zip(azimuths, told, strict=True)):
         phase = (0.3 + RATE * number / FPS) % 1
@@ -37,7 +27,7 @@ def phase_errors(bank, azimuths, told, off=0.01):
         top, left = (140 - drawn.shape[0]) // 2, (130 - drawn.shape[1]) // 2
         image[top : top + drawn.shape[0], left : left + drawn.shape[1]] = drawn
         image = np.where(rng.random(image.shape) < 0.2, 255 - image, image).astype(np.uint8)
-        dx, dy, dh = HEIGHT * rng.normal(0, off, 3)
+        dx, dy, dh = HEIGHT * rng.normal(0, 0.01, 3)
         body = BodyFrame(65 + dx, 70 + dy, HEIGHT + dh)
         finder.update(image, None, body, ('average', view), 0, number / FPS)
         belief = finder.belief()
@@ -48,38 +38,25 @@ def phase_errors(bank, azimuths, told, off=0.01):
 
 @pytest.mark.parametrize('degrees', [80, 95, -100])
 @pytest.mark.parametrize('wrong', [-8, 8])
-def test_a_wrong_view_does_not_keep_the_phase_from_being_found(bank, degrees, wrong):
+def test_a_wrong_view_does_not_keep_the_phase_from_being_found(degrees, wrong):
     azimuth, told = np.radians(degrees), np.radians(degrees + wrong)
-    found, finder = phase_errors(bank, [azimuth] * 40, [told] * 40)
+    found, finder = phase_errors([azimuth] * 40, [told] * 40)
     assert np.sqrt((found[8:] ** 2).mean()) < 0.03
     assert finder.rate == pytest.approx(RATE, rel=0.1)
 
 
-def walking(speed=(0.0, 0.0), growth=0.0, noise=0.0, frames=40):
-    rng = np.random.default_rng(0)
-    for number in range(frames):
-        t = number / FPS
-        true = BodyFrame(50 + speed[0] * t, 80 + speed[1] * t, 100 * np.exp(growth * t), 0.1)
-        dx, dy, dh = rng.normal(0, noise, 3)
-        body = BodyFrame(true.center_x + dx, true.center_y + dy, true.height + dh, true.angle)
-        yield t, true, body
-
-
-def test_a_motion_is_believed_the_more_the_longer_it_shows():
-    steady = SteadyBody()
-    steady.update(BodyFrame(50.0, 80.0, 100.0), 0.0)
+def test_a_motion_is_believed_the_more_the_longer_it_shows_and_jumps_at_once():
+    steady, body = SteadyBody(), BodyFrame(50.0, 80.0, 100.0)
+    steady.update(body, 0.0)
     # Of a slope through two frames a fifth counts.
-    assert steady.update(BodyFrame(51.0, 80.0, 100.0), 0.04).center_x == pytest.approx(50.6)
-
-
-def test_jumps_are_taken_at_once():
-    steady = SteadyBody()
-    for t, _, body in walking():
-        steady.update(body, t)
-    far = BodyFrame(150.0, 80.0, 100.0)
+    moved = replace(body, center_x=51.0)
+    assert steady.update(moved, 0.04).center_x == pytest.approx(50.6)
+    steady.reset()
+    for number in range(40):
+        steady.update(body, number / FPS)
+    far, tall = replace(body, center_x=150.0), replace(body, height=200.0)
     assert astuple(steady.update(far, 40 / FPS)) == pytest.approx(astuple(far))
     steady.reset()
-    tall = BodyFrame(50.0, 80.0, 200.0)
     assert astuple(steady.update(tall, 41 / FPS)) == pytest.approx(astuple(tall))
 
 
@@ -118,25 +95,22 @@ def test_waits_for_a_phase_behind_and_takes_a_jump():
     assert near.update(0.1, 0.0, 0.0) == pytest.approx(0.1)
 
 
-PHASES = 30
-
-
-def test_a_clear_phase_and_its_twin_are_trusted_more_than_a_flat_belief():
-    clear = np.full(PHASES, 1e-5)
-    clear[[3, 18]] = 0.5
-    phase, sure = phase_near(clear / clear.sum(), 0.12)
-    assert phase == pytest.approx(0.1, abs=1e-3)
-    _, doubtful = phase_near(np.full(PHASES, 1 / PHASES), 0.1)
-    assert doubtful == pytest.approx(0.2)
-    assert 0.98 < sure <= 1
-
-
-def test_of_two_halves_the_nearer_one_is_taken():
-    belief = np.zeros(PHASES)
-    belief[[3, 18]] = 0.5
-    assert phase_near(belief, 0.65)[0] == pytest.approx(0.6)
-    belief[[3, 18]] = 0.8, 0.2
-    assert phase_near(belief, 0.65)[0] == pytest.approx(0.6)
-    belief[:] = 0
-    belief[29] = 1.0
-    assert phase_near(belief, 0.03)[0] == pytest.approx(29 / 30)
+@pytest.mark.parametrize(
+    ('belief', 'expected', 'phase', 'doubt'),
+    [
+        # A clear phase and its twin, of which the nearer one is taken.
+        ({3: 0.5, 18: 0.5}, 0.12, 0.1, 0.0),
+        ({3: 0.5, 18: 0.5}, 0.65, 0.6, 0.0),
+        ({3: 0.8, 18: 0.2}, 0.65, 0.6, 0.0),
+        ({29: 1.0}, 0.03, 29 / 30, 0.0),
+        (dict.fromkeys(range(30), 1 / 30), 0.1, None, 0.8),
+    ],
+)
+def test_of_what_is_believed_the_phase_nearest_to_the_last_is_taken(
+    belief, expected, phase, doubt
+):
+    values = np.full(30, 1e-9)
+    values[list(belief)] = list(belief.values())
+    found, sure = phase_near(values / values.sum(), expected)
+    assert phase is None or found == pytest.approx(phase, abs=1e-3)
+    assert sure == pytest.approx(1 - doubt, abs=0.02)

@@ -4,12 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.paper.features import (
-    FeatureModel,
-    FeatureSelector,
-    View,
-    class_histograms,
-)
+from gait_segmentation.paper.features import FeatureModel, FeatureSelector, View, class_histograms
 
 COLOURS = np.zeros((8, 12, 3), np.uint8)
 COLOURS[:, :4] = (200, 100, 50)

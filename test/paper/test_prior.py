@@ -56,15 +56,12 @@ def plain_distance(points: EdgePoints) -> np.ndarray:
     return cv2.distanceTransform(mask, cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
 
 
-def test_without_a_penalty_it_is_the_distance_of_freedman_and_zhang() -> None:
+def test_an_edge_of_the_right_orientation_is_nearer_than_one_of_the_wrong() -> None:
     points, gradient = silhouette_edges(template(), HEIGHT), image_gradient(clutter())
     assert gradient.visible.any()
     found = oriented_distance(default_vocabulary(), points, gradient, BODY, 0.0, 12.0)
+    # Without a penalty it is the distance of Freedman and Zhang.
     np.testing.assert_allclose(found, np.minimum(plain_distance(points), 12), atol=1e-4)
-
-
-def test_an_edge_of_the_right_orientation_is_nearer_than_one_of_the_wrong() -> None:
-    points = silhouette_edges(template(), HEIGHT)
     visible = np.ones(SHAPE, bool)
     # The back in the middle of the trunk: its gradient is horizontal, theta = 0.
     row = SHAPE[0] // 2 - 15

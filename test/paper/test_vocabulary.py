@@ -10,11 +10,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.paper.vocabulary import (
-    Vocabulary,
-    VocabularyError,
-    default_vocabulary,
-)
+from gait_segmentation.paper.vocabulary import Vocabulary, VocabularyError, default_vocabulary
 from gait_tools.vocabulary_training import write_vocabulary
 
 BODY = BodyFrame(50.0, 80.0, 90.0)
@@ -32,11 +28,6 @@ def two_words() -> Vocabulary:
     )
 
 
-def points(seed: int, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    rng = np.random.default_rng(seed)
-    return rng.uniform(0, 100, count), rng.uniform(0, 160, count), rng.uniform(0, 7, count)
-
-
 def test_the_shipped_vocabulary_has_ten_words_of_several_hundred_silhouettes() -> None:
     vocabulary = default_vocabulary()
     assert vocabulary.words == 10
@@ -46,7 +37,9 @@ def test_the_shipped_vocabulary_has_ten_words_of_several_hundred_silhouettes() -
 
 def test_posteriors_are_those_of_the_mixture() -> None:
     vocabulary = two_words()
-    z = vocabulary.features(*points(3, 40), BODY)
+    rng = np.random.default_rng(3)
+    x, y, orientation = (rng.uniform(0, high, 40) for high in (100, 160, 7))
+    z = vocabulary.features(x, y, orientation, BODY)
     shares = []
     for weight, mean, covariance in zip(
         vocabulary.weights, vocabulary.means, vocabulary.covariances, strict=True
@@ -60,20 +53,22 @@ def test_posteriors_are_those_of_the_mixture() -> None:
     assert (vocabulary.nearest(z) == expected.argmax(axis=1)).all()
 
 
-def test_features_are_the_place_in_the_frame_and_the_doubled_orientation() -> None:
-    # The frame of a body 90 px tall is 100 px high and 66.7 wide; its top left is at (16.7, 30).
-    z = two_words().features(np.array([50.0]), np.array([30.0]), np.array([math.pi / 2]), BODY)
-    np.testing.assert_allclose(z, [[0.5, 0, -0.35, 0]], atol=1e-6)
-    z = two_words().features(np.array([150 / 9]), np.array([105.0]), np.array([math.pi / 4]), BODY)
-    np.testing.assert_allclose(z, [[0, 0.75, 0, 0.35]], atol=1e-6)
-
-
-def test_features_turn_with_the_body() -> None:
-    z = two_words().features(np.array([50.0]), np.array([30.0]), np.array([math.pi / 2]), BODY)
-    # The head leans to the right by a quarter turn, and so does the outline above it.
-    lying = BodyFrame(50.0, 80.0, 90.0, math.pi / 2)
-    turned = two_words().features(np.array([100.0]), np.array([80.0]), np.array([0.0]), lying)
-    np.testing.assert_allclose(turned, z, atol=1e-6)
+@pytest.mark.parametrize(
+    ('x', 'y', 'orientation', 'lean', 'expected'),
+    [
+        # The frame of a body 90 px tall is 100 px high and 66.7 wide; its top left is (16.7, 30).
+        (50, 30, 2, 0, [0.5, 0, -0.35, 0]),
+        (150 / 9, 105, 1, 0, [0, 0.75, 0, 0.35]),
+        # The head leans to the right by a quarter turn, and so does the outline above it.
+        (100, 80, 0, 2, [0.5, 0, -0.35, 0]),
+    ],
+)
+def test_features_are_the_place_in_the_frame_and_the_doubled_orientation(
+    x: float, y: float, orientation: int, lean: int, expected: list[float]
+) -> None:
+    body = BodyFrame(50.0, 80.0, 90.0, lean * math.pi / 4)
+    given = (np.array([float(each)]) for each in (x, y, orientation * math.pi / 4))
+    np.testing.assert_allclose(two_words().features(*given, body), [expected], atol=1e-6)
 
 
 def test_what_is_saved_is_loaded(tmp_path: Path) -> None:

@@ -11,9 +11,7 @@ from gait_segmentation.geometry import BodyFrame, Placement
 from gait_segmentation.paper.vocabulary import VocabularyError
 from gait_segmentation.results import MatchResult
 from gait_segmentation.segmentation import SegmentationConfig
-from gait_segmentation.segmentation.segmenter import (
-    Segmenter,
-)
+from gait_segmentation.segmentation.segmenter import Segmenter
 
 SHAPE = (160, 120)
 BODY = BodyFrame(60, 80, 120)
@@ -77,11 +75,8 @@ def test_an_exchanged_configuration_is_in_force(before: str, changes: dict[str, 
     found, right, wrong = (each.update(image, likelihood, match()).mask for each in segmenters)
     assert not np.array_equal(right, wrong)
     assert np.array_equal(found, right)
-
-
-def test_a_vocabulary_that_cannot_be_used_is_an_error_with_any_prior() -> None:
     with pytest.raises(VocabularyError, match='cannot read the vocabulary'):
-        Segmenter(SegmentationConfig(vocabulary='none.json'))
+        Segmenter(dataclasses.replace(new, vocabulary='none.json'))
 
 
 @pytest.mark.parametrize('use_refinement', [True, False])
@@ -118,18 +113,18 @@ def test_a_likelihood_that_says_nothing_gives_a_mask_or_a_reason(
     assert value or not result.mask.any()
 
 
-def test_nobody_and_outside_are_empty_with_the_reason() -> None:
-    segmenter = Segmenter()
-    result = segmenter.update(picture(), noisy(), match(body=None, track_id=0))
+@pytest.mark.parametrize(
+    ('changes', 'reason'),
+    [
+        ({'body': None, 'track_id': 0}, 'nobody is tracked'),
+        ({'body': None}, 'the person is hidden or gone'),
+        ({'body': BodyFrame(900, 900, 100)}, 'the person is outside of the image'),
+    ],
+)
+def test_nobody_and_outside_are_empty_with_the_reason(changes: dict, reason: str) -> None:
+    result = Segmenter().update(picture(), noisy(), match(np.zeros(SHAPE, np.uint8), **changes))
     assert not result.mask.any()
-    assert result.reason == 'nobody is tracked'
-    result = segmenter.update(picture(), noisy(), match(body=None))
-    assert not result.mask.any()
-    assert result.reason == 'the person is hidden or gone'
-    away = match(body=BodyFrame(900, 900, 100), prior=np.zeros(SHAPE, np.uint8))
-    result = segmenter.update(picture(), noisy(), away)
-    assert not result.mask.any()
-    assert result.reason == 'the person is outside of the image'
+    assert result.reason == reason
 
 
 @pytest.mark.parametrize(
@@ -147,16 +142,6 @@ def test_a_prior_has_no_say_if_only_the_mask_explains_the_likelihood(
         walk = match(beside, stamp, similarity=similarity)
         mask = segmenter.update(image, likelihood, walk).mask
     assert bool(mask[80, 88]) == trusted
-
-
-def test_nothing_that_is_taken_is_in_the_mask() -> None:
-    # From within a working pixel on, most of which is not taken.
-    taken = np.zeros((3 * SHAPE[0], 3 * SHAPE[1]), np.uint8)
-    taken[:, 185:] = 255
-    large = match(body=BODY.scaled(3))
-    mask = Segmenter().update(picture(3), noisy(), large, taken).mask
-    assert not mask[:, 185:].any()
-    assert mask[240, 150:180].all()
 
 
 def test_a_foot_that_is_hardly_likely_stays_where_the_template_has_one() -> None:
@@ -240,6 +225,12 @@ def test_what_is_taken_draws_nothing_to_it() -> None:
     likelihood[40:120, 20:57] = likelihood[40:120, 60:100] = 250
     likelihood[40:120, 57:60] = 100
     taken[:, 60:] = 255
+    # From within a working pixel on, most of which is not taken.
+    wide = np.zeros((3 * SHAPE[0], 3 * SHAPE[1]), np.uint8)
+    wide[:, 185:] = 255
+    mask = Segmenter().update(picture(3), noisy(), match(body=BODY.scaled(3)), wide).mask
+    assert not mask[:, 185:].any()
+    assert mask[240, 150:180].all()
     segmenter = Segmenter(SegmentationConfig(prior='none'))
     alone, beside = (
         segmenter.update(image, likelihood, match(), each).mask for each in (None, taken)

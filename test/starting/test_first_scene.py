@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.first_scene import (
-    FirstScene,
-    barrier_distance,
-    first_scene,
-)
+from gait_segmentation.starting.first_scene import FirstScene, barrier_distance, first_scene
 from gait_segmentation.starting.hypotheses import VIEWS, Hypothesis, fit_view
 from test.walkers import small_bank
 
@@ -51,11 +47,10 @@ def test_the_distance_is_the_least_range_over_paths() -> None:
 SHAPE = (120, 90)
 
 
-def fit(
-    box: Box, top: bool = False, bottom: bool = False, left: bool = False, right: bool = False
-) -> list:
-    cuts = (top, bottom, left, right)
-    return [fit_view(small_bank(), box, SHAPE, cuts, view) for view in VIEWS]
+def fit(box: Box, *cuts: str) -> list[Hypothesis]:
+    """Lay templates onto a box, of which sides are cut by the border of the image."""
+    cut = tuple(side in cuts for side in ('top', 'bottom', 'left', 'right'))
+    return [fit_view(small_bank(), box, SHAPE, cut, view) for view in VIEWS]
 
 
 def laid(hypothesis: Hypothesis) -> np.ndarray:
@@ -77,25 +72,22 @@ def test_templates_fill_the_box() -> None:
 
 def test_at_the_lower_border_taller_bodies_are_tried() -> None:
     box = Box(25, 60, 30, 60)
-    plain, cut = fit(box)[0], fit(box, bottom=True)[0]
+    plain, cut = fit(box)[0], fit(box, 'bottom')[0]
     assert len(cut.templates) > len(plain.templates)
     assert cut.height.max() == pytest.approx(2.8 * plain.height.max(), rel=0.01)
     assert np.allclose(cut.top, 60)
-
-
-def test_between_both_borders_bodies_of_one_size_are_laid_as_if_below() -> None:
-    cut = fit(Box(25, 0, 30, 120), top=True, bottom=True)[0]
-    assert np.allclose(cut.top, 0)
+    # Between both borders as if below.
+    assert np.allclose(fit(Box(25, 0, 30, 120), 'top', 'bottom')[0].top, 0)
 
 
 @pytest.mark.parametrize('left', [True, False])
 def test_at_a_side_bodies_go_on_beyond_the_border(left: bool) -> None:
     # Half of somebody seen from the front.
     box = Box(0 if left else 75, 10, 15, 100)
-    hypothesis = fit(box, left=left, right=not left)[2]
+    hypothesis = fit(box, 'left' if left else 'right')[2]
     # But not if nearly nothing of them would be in the image.
     sliver = Box(0 if left else 86, 10, 4, 100)
-    assert fit(sliver, left=left, right=not left)[0].weight.max() < 0.1
+    assert fit(sliver, 'left' if left else 'right')[0].weight.max() < 0.1
     beyond = hypothesis.axis < 4 if left else hypothesis.axis > SHAPE[1] - 4
     assert hypothesis.weight[beyond].max() == hypothesis.weight.max()
     for template in laid(hypothesis)[beyond]:

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """gait_source as a process."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

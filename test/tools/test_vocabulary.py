@@ -1,8 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
-import argparse
 import importlib.util
 import sys
 from pathlib import Path
@@ -14,12 +11,12 @@ import pytest
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.paper.vocabulary import Vocabulary, VocabularyError
 from gait_tools.cli import vocabulary as command
+from gait_tools.cli.bank import main
 from gait_tools.gait_model import BankSpec, build_bank, render_silhouette
 from gait_tools.vocabulary_training import (
     Silhouette,
     VocabularySpec,
     bank_silhouettes,
-    draw_vocabulary,
     learn_vocabulary,
     mask_silhouettes,
     outline_features,
@@ -34,17 +31,6 @@ SPEC = VocabularySpec(words=4, points=1500)
 @pytest.fixture(scope='module')
 def silhouettes() -> list[Silhouette]:
     return list(bank_silhouettes(build_bank(BankSpec(azimuths=4, phases=4, levels=256))))
-
-
-@needs_sklearn
-def test_words_part_the_outline(silhouettes: list[Silhouette]) -> None:
-    vocabulary = learn_vocabulary(silhouettes, SPEC)
-    z, _ = outline_features(silhouettes, SPEC)
-    shares = np.bincount(vocabulary.nearest(z), minlength=4) / len(z)
-    assert shares.min() > 0.03
-    picture = draw_vocabulary(vocabulary, silhouettes[:2])
-    assert picture.shape == (384, 3 * 256, 3)
-    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 4
 
 
 def test_a_square_has_its_outline_at_its_place() -> None:
@@ -88,32 +74,27 @@ QUICK = ['--words', '3', '--points', '500']
 
 
 def run(*arguments: str) -> None:
-    parser = argparse.ArgumentParser()
-    command.add_parser(parser.add_subparsers(dest='command'))
-    command.run(parser.parse_args(['vocabulary', *arguments]))
-
-
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    made = tmp_path / 'walk'
-    made.mkdir()
-    for index in range(6):
-        mask = render_silhouette(index / 6, 0.0, 80)
-        cv2.imwrite(str(made / f'{index}.png'), mask)
-    return made
+    assert main(['vocabulary', *arguments]) == 0
 
 
 @needs_sklearn
-def test_words_of_a_folder(
-    tmp_path: Path, folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    output, picture = tmp_path / 'words.json', tmp_path / 'words.png'
+def test_words_of_a_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder, output, picture = (tmp_path / name for name in ('walk', 'words.json', 'words.png'))
+    folder.mkdir()
+    for index in range(6):
+        cv2.imwrite(str(folder / f'{index}.png'), render_silhouette(index / 6, 0.0, 80))
     run(str(output), '--from', str(folder), '--picture', str(picture), *QUICK)
     assert '3 words from 6 silhouettes (500 of ' in capsys.readouterr().out
     made = Vocabulary.load(output)
     assert made.words == 3
     assert made.provenance['source'] == 'folders walk'
-    assert cv2.imread(str(picture)).shape == (384, 7 * 256, 3)
+    drawn = cv2.imread(str(picture))
+    assert drawn.shape == (384, 7 * 256, 3)
+    assert len(np.unique(drawn.reshape(-1, 3), axis=0)) > 4
+    # The words part the outline.
+    masks = [cv2.imread(str(path), 0) for path in folder.iterdir()]
+    z, _ = outline_features(mask_silhouettes(masks), VocabularySpec(words=3, points=500))
+    assert np.bincount(made.nearest(z), minlength=3).min() > 0.03 * len(z)
     run(str(tmp_path / 'again.json'), '--from', str(folder), '--quiet', *QUICK)
     assert capsys.readouterr().out == ''
     assert (tmp_path / 'again.json').read_bytes() == output.read_bytes()

@@ -7,10 +7,7 @@ import numpy as np
 
 from gait_segmentation.images import distance_from
 from gait_segmentation.tracking import TrackingConfig, group
-from gait_segmentation.tracking.competition import (
-    Claim,
-    compete,
-)
+from gait_segmentation.tracking.competition import Claim, compete
 from test.tracking.figures import BLUE, STEP_NS, Figure, Told, picture
 
 SHAPE = (60, 100)

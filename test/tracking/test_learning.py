@@ -9,11 +9,7 @@ import pytest
 from gait_segmentation.colour import ColourModel
 from gait_segmentation.images import placed
 from gait_segmentation.results import Feedback
-from gait_segmentation.tracking.learning import (
-    grown,
-    learn,
-    without_parts_apart,
-)
+from gait_segmentation.tracking.learning import grown, learn, without_parts_apart
 from gait_segmentation.tracking.person import Person
 from test.tracking.figures import Figure, Told, picture, walk
 
@@ -65,10 +61,6 @@ def block(left: int, top: int, right: int, bottom: int) -> np.ndarray:
     return mask
 
 
-def broad(mask: np.ndarray) -> Person:
-    return Person(30, 30, 40, 8, 8, mask, ColourModel(0.7, 1e-4), ColourModel(0.7, 1e-4))
-
-
 def test_the_margin_is_a_share_of_the_height() -> None:
     mask = block(20, 10, 40, 50)
     window, part = grown(mask, 100)
@@ -80,7 +72,8 @@ def test_the_margin_is_a_share_of_the_height() -> None:
 
 def test_a_first_mask_far_too_large_does_not_keep_others_out_for_ever() -> None:
     true = block(20, 10, 40, 50)
-    person = broad(block(14, 10, 46, 50))
+    colours = ColourModel(0.7, 1e-4), ColourModel(0.7, 1e-4)
+    person = Person(30, 30, 40, 8, 8, block(14, 10, 46, 50), *colours)
     assert not person.shows_all(true)
     for _ in range(30):
         person.shows_all(true)

@@ -26,6 +26,9 @@ def person(x: float = 100, y: float = 120, height: float = 100) -> Person:
 @pytest.mark.parametrize('degrees', [0, 20])
 def test_place_and_size_follow_the_masks_in_the_frame_of_the_body(degrees: int) -> None:
     state = person()
+    # A single bad mask changes little.
+    state.learn_place(ellipse(100, 120, 20), BodyFrame(100, 120, 20))
+    assert state.height >= 98
     state.tilt = state.angle = np.radians(degrees)
     for _ in range(40):
         body = BodyFrame(108, 123, 108, state.angle)
@@ -44,12 +47,6 @@ def test_without_masks_the_size_follows_mean_shift_up_to_a_limit() -> None:
     for _ in range(60):
         state.follow_scale(3.0)
     assert state.height == pytest.approx(115, abs=0.5)
-
-
-def test_a_single_bad_mask_cannot_change_the_size_much() -> None:
-    state = person()
-    state.learn_place(ellipse(100, 120, 20), BodyFrame(100, 120, 20))
-    assert state.height >= 98
 
 
 def test_a_body_that_leaves_below_keeps_its_height_and_hangs_from_the_head() -> None:
@@ -87,18 +84,6 @@ def test_the_first_step_sets_the_pace() -> None:
     assert state.way(0.1) == pytest.approx((12.5, 2.5))
 
 
-@pytest.mark.parametrize('degrees', [-20, 20])
-def test_a_tilted_body_is_followed_only_when_it_leans_clearly(degrees: int) -> None:
-    state = person()
-    for _ in range(20):
-        state.learn_angle(ellipse(100, 120, 100, degrees))
-    assert np.degrees(state.angle) == pytest.approx(degrees, abs=2)
-    upright = person()
-    for _ in range(20):
-        upright.learn_angle(ellipse(100, 120, 100, degrees / 4))
-    assert upright.angle == 0
-
-
 def test_colours_far_outside_of_the_template_are_not_learnt() -> None:
     state = person()
     lab = np.full((*SHAPE, 3), 100, np.uint8)
@@ -129,15 +114,13 @@ def test_a_shadow_on_known_ground_is_the_persons_only_inside_the_template() -> N
 
 
 def test_what_may_be_either_counts_for_both_at_first() -> None:
-    state = person()
-    lab = np.full((*SHAPE, 3), 100, np.uint8)
+    state, lab = person(), np.full((*SHAPE, 3), 100, np.uint8)
     lab[145:160, 85:115] = (20, 128, 128)
     votes = ellipse(100, 120, 100).astype(np.float32) / 255
     votes[140:165, 80:120] = 0.4
     state.learn_first_colours(lab, votes)
     index = colour_bins(lab[150:151, 100:101])[0, 0]
-    for model in (state.person, state.surroundings):
-        assert model.table[index].max() > 10 * 1e-4
+    assert min(model.table[index].max() for model in (state.person, state.surroundings)) > 1e-3
 
 
 def test_masks_of_another_size_teach_nothing() -> None:
@@ -156,12 +139,10 @@ def test_parts_of_pixels_by_which_a_mask_is_carried_on_add_up() -> None:
     np.testing.assert_array_equal(state.mask, np.roll(ellipse(100, 120, 100), (-3, 2), (0, 1)))
 
 
-def test_a_tilt_is_used_from_a_large_one_on_until_it_is_small() -> None:
-    leaning, other = person(), person()
-    for degrees, used in ((12.0, True), (7.5, True), (0.0, False)):
+@pytest.mark.parametrize('side', [-1, 1])
+def test_a_tilt_is_used_from_a_large_one_on_until_it_is_small(side: int) -> None:
+    leaning = person()
+    for degrees, used in ((7.5, False), (5.0, False), (20.0, True), (7.5, True), (0.0, False)):
         for _ in range(40):
-            leaning.learn_angle(ellipse(100, 120, 100, degrees))
-        assert bool(leaning.angle) == used
-    for _ in range(40):
-        other.learn_angle(ellipse(100, 120, 100, 7.5))
-    assert other.angle == 0
+            leaning.learn_angle(ellipse(100, 120, 100, side * degrees))
+        assert np.degrees(leaning.angle) == pytest.approx(side * degrees * used, abs=2)

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Results made up for tests of outputs."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from gait_segmentation.cli.replaying.lockstep import Replayed

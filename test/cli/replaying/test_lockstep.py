@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Every frame is answered once and in order, whatever becomes of it."""
 
-from __future__ import annotations
-
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
@@ -87,29 +85,28 @@ def test_frames_that_cannot_be_read_or_used_are_answered_in_their_place() -> Non
     assert answers[4].result.mask.shape == (8, 6)
 
 
-def test_what_waits_is_answered_before_time_jumps_back_and_the_box_is_used_again(
-    monkeypatch,
+@pytest.mark.parametrize(
+    ('order', 'answered', 'starts'),
+    [
+        # What waits is answered before time jumps back, and the box is used again.
+        ((38, 39, 1, 2), [38, 39, 1, 2], 2),
+        # Stale frames are dropped with a warning.
+        ((0, 3, 1, 2, 4, 5), [0, 3, 4, 5], 1),
+        ((0, 1, 1, 2), [0, 1, 2], 1),
+    ],
+)
+def test_where_time_jumps_back_it_begins_anew_or_drops_frames(
+    order: tuple[int, ...], answered: list[int], starts: int, monkeypatch
 ) -> None:
-    frames = [READ[k].frame for k in (38, 39, 1, 2)]
     started: list[Box] = []
+    warnings: list[str] = []
     pipeline: Any = LaggedPipeline()
     monkeypatch.setattr(pipeline, 'initialize', started.append)
     box = Box(1, 1, 3, 4)
-    assert numbers(run(frames, pipeline, box=box)) == ([38, 39, 1, 2], [38, 39, 1, 2])
-    assert started == [box, box]
-
-
-@pytest.mark.parametrize(
-    ('order', 'answered'),
-    [((0, 3, 1, 2, 4, 5), [0, 3, 4, 5]), ((0, 1, 1, 2), [0, 1, 2])],
-)
-def test_stale_frames_are_dropped_with_a_warning(
-    order: tuple[int, ...], answered: list[int]
-) -> None:
-    warnings: list[str] = []
-    answers = run([READ[k].frame for k in order], LaggedPipeline(), warn=warnings.append)
+    answers = run([READ[k].frame for k in order], pipeline, warn=warnings.append, box=box)
     assert numbers(answers) == (answered, answered)
-    assert len(warnings) == len(order) - len(answered)
+    assert len(warnings) == len(order) - len(answered) + starts - 1
+    assert started == [box] * starts
 
 
 def test_all_frames_before_a_damage_are_answered() -> None:
@@ -119,30 +116,21 @@ def test_all_frames_before_a_damage_are_answered() -> None:
         next(answers)
 
 
-def test_the_items_come_in_order_and_then_the_error() -> None:
+def test_items_come_in_order_and_then_the_error_and_what_is_given_up_is_closed() -> None:
+    closed = []
+
     def items() -> Iterator[int]:
-        yield from range(20)
-        raise ValueError('here')
+        try:
+            yield from range(20)
+            raise ValueError('here')
+        finally:
+            closed.append(threading.current_thread().name)
 
     found = []
     with pytest.raises(ValueError, match='here'):
         found.extend(ahead(items(), depth=3))
     assert found == list(range(20))
     assert list(ahead(iter([]))) == []
-
-
-def test_what_is_given_up_is_closed() -> None:
-    closed = []
-
-    def items() -> Iterator[int]:
-        try:
-            number = 0
-            while True:
-                yield number
-                number += 1
-        finally:
-            closed.append(threading.current_thread().name)
-
     with closing(ahead(items(), depth=2)) as numbers:
         assert [next(numbers), next(numbers)] == [0, 1]
-    assert closed == ['ahead_0']
+    assert closed == ['ahead_0'] * 2

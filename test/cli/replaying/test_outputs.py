@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Where outputs may be, what becomes of those that are there, and of those broken off."""
 
-from __future__ import annotations
-
 import csv
 import errno
 import re
@@ -85,10 +83,7 @@ def test_an_input_is_never_an_output(
     assert copied(tmp_path) == before
 
 
-@pytest.mark.parametrize(
-    'given',
-    ['--bank={}', '--params={}', '--heat-map={}'],
-)
+@pytest.mark.parametrize('given', ['--bank={}', '--params={}', '--heat-map={}'])
 def test_what_else_is_read_is_never_an_output(
     folder: Path, tmp_path: Path, capsys, given: str
 ) -> None:
@@ -100,17 +95,12 @@ def test_what_else_is_read_is_never_an_output(
     source = small_input('film', folder, tmp_path)
     assert main([str(source), '--out', str(read), given.format(read)]) == 2
     assert f'the input {read}, which would be changed' in capsys.readouterr().err
-
-
-def test_an_interrupted_output_that_is_the_input_now_is_not_removed(
-    folder: Path, tmp_path: Path, capsys
-) -> None:
-    source = small_input('film', folder, tmp_path)
-    source = source.rename(source.with_name('walk.partial.mp4'))
-    given = [str(source), '--out', str(tmp_path / 'out'), '--overlay']
-    assert main([*given, str(source.with_name('walk.mp4'))]) == 2
-    assert f'is the input {source}' in capsys.readouterr().err
-    assert source.exists()
+    # Nor is what was broken off, and is the input now, removed.
+    partial = source.rename(source.with_name('walk.partial.mp4'))
+    command = [str(partial), '--out', str(tmp_path / 'out'), '--overlay', str(source)]
+    assert main(command) == 2
+    assert f'is the input {partial}' in capsys.readouterr().err
+    assert partial.exists()
 
 
 def foreign(place: str, tmp_path: Path) -> None:
@@ -158,7 +148,7 @@ def test_all_own_outputs_are_known_again_and_made_anew_with_force(
     command += ['--overlay', 'film.avi']
     assert main(command) == 0
     film = tmp_path / 'film.avi'
-    before = film.stat().st_mtime_ns
+    before, first = film.stat().st_mtime_ns, copied(tmp_path)
     assert main(command) == 0
     assert 'done before' in capsys.readouterr().out
     # Only what is not there is made.
@@ -167,6 +157,7 @@ def test_all_own_outputs_are_known_again_and_made_anew_with_force(
     assert (tmp_path / 'a.csv').exists()
     assert film.stat().st_mtime_ns == before
     assert main([*command, '--force']) == 0
+    assert copied(tmp_path) == first
     assert film.stat().st_mtime_ns > before
     # The one image that cannot be read is in the film, too.
     assert len(list(open_input(film).images())) == 6

@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import csv
 import math
 import pickle
@@ -20,9 +18,6 @@ from gait_segmentation.cli.replaying.walks import (
 )
 from test.cli.conftest import FRAMES
 from test.cli.replaying.results import replayed
-
-RATE = 0.9
-"""Strides a second, of the results made up."""
 
 
 def figure(left: int, width: int, top: int = 20, height: int = 128) -> np.ndarray:
@@ -60,33 +55,24 @@ def test_walks_are_written_by_person_and_direction(tmp_path: Path) -> None:
     assert [p.name for p in tmp_path.iterdir()] == ['walk']
 
 
-def walks_of(frames: int, step_px: int, azimuth: float = 0.0) -> Walks:
-    walks = Walks()
-    for index in range(frames):
-        walks.add(replayed(index, [(3, figure(step_px * index, 40), azimuth)]).result)
-    return walks
-
-
 def test_a_walk_has_its_direction_cadence_and_confidence() -> None:
-    (walk,) = walks_of(40, 4, math.pi - 0.1).all()
+    walks = Walks()
+    for index in range(40):
+        # Averaged on the circle.
+        azimuth = math.pi - 0.3 if index % 2 else 0.1 - math.pi
+        walks.add(replayed(index, [(3, figure(4 * index, 40), azimuth)]).result)
+    (walk,) = walks.all()
     assert (walk.person, walk.walk, walk.frames) == (3, '180', 40)
     assert walk.direction_rad == pytest.approx(math.pi - 0.1, abs=1e-4)
-    assert walk.cadence_steps_per_min == pytest.approx(120 * RATE)
+    assert walk.cadence_steps_per_min == pytest.approx(120 * 0.9)
     assert walk.confidence == pytest.approx(0.7)
 
 
-def test_directions_are_averaged_on_the_circle() -> None:
-    walks = Walks()
-    for index in range(10):
-        azimuth = math.pi - 0.2 if index % 2 else 0.2 - math.pi
-        walks.add(replayed(index, [(1, figure(10, 40), azimuth)]).result)
-    (walk,) = walks.all()
-    assert abs(walk.direction_rad) == pytest.approx(math.pi, abs=1e-3)
-
-
 def test_short_walks_and_what_is_hardly_seen_are_left_out() -> None:
-    walks = walks_of(4, 4)
+    walks = Walks()
     for index in range(40):
+        if index < 4:
+            walks.add(replayed(index, [(3, figure(4 * index, 40), 0.0)]).result)
         walks.add(replayed(index, [(4, figure(0, 3, height=13), 0.0)]).result)
         walks.add(replayed(index, [(0, np.zeros((200, 300), np.uint8), 0.0)]).result)
     assert walks.all() == []
@@ -122,19 +108,13 @@ def test_what_was_done_before_is_in_it_and_a_table_is_replaced(
         assert 'done before' in capsys.readouterr().out
         (row,) = rows(table)
         assert row['silhouettes'] == ''
-
-
-def test_a_bag_that_says_nothing_of_walks_is_told(
-    given: list[str], tmp_path: Path, capsys
-) -> None:
-    assert main(given) == 0
     metadata = tmp_path / 'out/walk/metadata.yaml'
     about = yaml.safe_load(metadata.read_text())
     del about['rosbag2_bagfile_information']['custom_data']['walks']
     metadata.write_text(yaml.safe_dump(about))
-    assert main([*given, '--summary', str(tmp_path / 'walks.csv')]) == 0
+    assert main([*given, '--summary', str(table)]) == 0
     assert 'walk says nothing of walks and is left out of the summary' in capsys.readouterr().err
-    assert rows(tmp_path / 'walks.csv') == []
+    assert rows(table) == []
 
 
 @pytest.mark.parametrize(
@@ -165,4 +145,7 @@ def test_a_silhouette_stands_where_most_of_it_is() -> None:
 
 @pytest.mark.parametrize(('azimuth', 'name'), [(math.pi / 2, '090'), (-math.pi / 2, '270')])
 def test_walks_to_the_left_and_to_the_right_are_told_apart(azimuth: float, name: str) -> None:
-    assert [walk.walk for walk in walks_of(10, 4, azimuth).all()] == [name]
+    walks = Walks()
+    for index in range(10):
+        walks.add(replayed(index, [(3, figure(4 * index, 40), azimuth)]).result)
+    assert [walk.walk for walk in walks.all()] == [name]

@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import json
 
 import cv2
@@ -13,37 +11,21 @@ from gait_tools.cli import bank as command
 from gait_tools.gait_model import render_silhouette
 
 GRID = ['--height', '48', '--width', '32', '--phases', '4']
-SMALL = [*GRID, '--azimuths', '2']
 
 
-def draw_walk(folder):
-    for n in range(64):
-        alpha = render_silhouette(n / 28, 0.0, 60.0)
-        cv2.imwrite(str(folder / f'{n:03}.png'), np.where(alpha >= 128, 255, 0).astype(np.uint8))
-
-
-@pytest.fixture
-def built(tmp_path):
-    path = tmp_path / 'bank.npz'
-    assert command.main(['build', str(path), *SMALL, '--quiet']) == 0
-    return path
-
-
-def test_build_and_info(built, capsys):
-    assert command.main(['info', str(built), '--json']) == 0
+def test_a_bank_is_built_described_and_shown(tmp_path, capsys):
+    built, picture = str(tmp_path / 'bank.npz'), str(tmp_path / 'sheet.png')
+    assert command.main(['build', built, *GRID, '--azimuths', '2', '--quiet']) == 0
+    assert command.main(['info', built, '--json']) == 0
     about = json.loads(capsys.readouterr().out)
     assert about['sequences'] == 2
     assert about['azimuths_deg'] == [0.0, 180.0]
     assert about['builds'] == ['average']
     assert about['provenance']['source'] == 'gait model'
-    assert command.main(['info', str(built)]) == 0
+    assert command.main(['info', built]) == 0
     assert 'azimuths_deg         0.0, 180.0' in capsys.readouterr().out
-
-
-def test_show(built, tmp_path, capsys):
-    picture = tmp_path / 'sheet.png'
-    assert command.main(['show', str(built), '-o', str(picture), '--columns', '2']) == 0
-    image = cv2.imread(str(picture), cv2.IMREAD_GRAYSCALE)
+    assert command.main(['show', built, '-o', picture, '--columns', '2']) == 0
+    image = cv2.imread(picture, cv2.IMREAD_GRAYSCALE)
     assert f'{image.shape[1]} x {image.shape[0]}' in capsys.readouterr().out
     assert image.max() == 255
 
@@ -51,7 +33,9 @@ def test_show(built, tmp_path, capsys):
 def test_build_from_silhouettes(tmp_path):
     folder = tmp_path / 'walk'
     folder.mkdir()
-    draw_walk(folder)
+    for n in range(64):
+        alpha = render_silhouette(n / 28, 0.0, 60.0)
+        cv2.imwrite(str(folder / f'{n:03}.png'), np.where(alpha >= 128, 255, 0).astype(np.uint8))
     path = tmp_path / 'own.npz'
     arguments = ['build', str(path), *GRID, '--quiet', '--from', str(folder)]
     assert command.main([*arguments, '--azimuth', '0', '--mirror']) == 0

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the tools refuse: in one line, with code 2, and before anything is changed."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from pathlib import Path
 

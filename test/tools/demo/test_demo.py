@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """gait_demo from end to end on a short synthetic film, and what can go wrong."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal
@@ -110,10 +108,7 @@ def test_everything_is_written(demo: Demo, film, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ('number', 'code', 'said'),
-    [
-        (signal.SIGINT, 130, 'interrupted'),
-        (signal.SIGKILL, -signal.SIGKILL, ''),
-    ],
+    [(signal.SIGINT, 130, 'interrupted'), (signal.SIGKILL, -signal.SIGKILL, '')],
 )
 def test_whatever_ends_it_leaves_no_process_behind(
     demo: Demo, number: int, code: int, said: str

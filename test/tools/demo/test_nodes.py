@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from __future__ import annotations
-
 import subprocess
 import sys
 import time
@@ -41,7 +39,8 @@ def wait_for(ready, what: str) -> None:
         time.sleep(0.01)
 
 
-def wait_for_output(group: ProcessGroup, name: str) -> None:
+def start(group: ProcessGroup, name: str, code: str) -> None:
+    group.start(name, code)
     wait_for(lambda: 'ready' in group.last_lines(name), f'output of {name}')
 
 
@@ -51,8 +50,7 @@ def test_one_of_them_can_be_stopped_and_the_end_of_the_context_stops_all(
     monkeypatch.setattr(nodes, '_GRACE_S', TIMEOUT_S)
     with group:
         for name in ('one', 'two', 'three'):
-            group.start(name, SLEEP)
-            wait_for_output(group, name)
+            start(group, name, SLEEP)
         group.check_running('one', 'two', 'three')
         group.stop('one')
         assert [group.ended(name) for name in ('one', 'two', 'three')] == [True, False, False]
@@ -60,20 +58,15 @@ def test_one_of_them_can_be_stopped_and_the_end_of_the_context_stops_all(
     assert all(group.ended(name) for name in ('one', 'two', 'three'))
 
 
-def test_a_process_that_ignores_interrupts_is_killed_and_named(
+def test_a_process_that_fails_or_has_to_be_killed_is_named(
     group: ProcessGroup, monkeypatch
 ) -> None:
     monkeypatch.setattr(nodes, '_GRACE_S', 0.2)
     with group:
-        group.start('stubborn', STUBBORN)
-        wait_for_output(group, 'stubborn')
-    with pytest.raises(ProcessError, match='stubborn was killed by signal 9'):
-        group.check_running()
-
-
-def test_a_process_that_fails_is_named_with_its_last_lines(group: ProcessGroup) -> None:
-    with group:
+        start(group, 'stubborn', STUBBORN)
         group.start('failing', 'raise OSError(7)')
         wait_for(lambda: group.ended('failing'), 'the end')
         with pytest.raises(ProcessError, match=r'failing ended with code 1[^$]*OSError: 7'):
             group.check_running()
+    with pytest.raises(ProcessError, match='stubborn was killed by signal 9'):
+        group.check_running('stubborn')

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is recorded of the nodes' messages, and when the recording ends."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

