@@ -204,3 +204,18 @@ def test_squares_are_marked_about_squares_that_changed(
     np.testing.assert_array_equal(found, expected)
     if shape == (60, 80):
         assert 0.02 < found.mean() < 0.98
+
+
+def test_a_world_fits_people_of_about_its_size() -> None:
+    made = world(120.0, working_height=60)
+    assert [made.fits(height) for height in (80, 90, 230, 250)] == [False, True, True, False]
+
+
+def test_of_a_frame_that_shows_nothing_no_background_is_learnt_by_its_motion_or_without() -> None:
+    made, noise = world(), np.random.default_rng(0).integers(0, 256, wall().shape, np.uint8)
+    for number in range(1, 5):
+        shown(made, wall(), number)
+    made.advance(noise, 5, (), camera=True)
+    assert learnt(made, gate=False).blank
+    made.advance(wall(), 6, (), camera=True)
+    np.testing.assert_allclose(made.now.background.count, 4, atol=0.1)
