@@ -94,13 +94,6 @@ def test_a_silhouette_is_found_where_it_is_and_of_two_the_nearer(x: tuple, start
     assert found[2] > 0.7
 
 
-def test_what_is_nearer_is_preferred() -> None:
-    both = np.maximum(Figure(80).mask(), Figure(230).mask())
-    for x, nearer in ((200, 230), (100, 80)):
-        found = find_silhouette(both, silhouette(), (x, 90), HEIGHT)
-        assert found[0] == pytest.approx(middle(Figure(nearer))[0], abs=0.01)
-
-
 def test_mean_shift_tells_by_how_much_a_person_has_grown() -> None:
     shift = mean_shift(block(9, 8, 21, 32), block(10, 10, 20, 30), Box(2, 2, 26, 36))
     assert shift.scale == pytest.approx(1.2)
