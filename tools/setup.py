@@ -16,7 +16,12 @@ setup(
     packages=find_packages(include=[NAME, f'{NAME}.*']),
     package_data={NAME: ['py.typed'], f'{NAME}.gait_model': ['*.json']},
     # The lower bounds are those of test/oldest.txt.
-    install_requires=['gait_segmentation==0.1.0', 'matplotlib>=3.6.3', 'tqdm>=4.66.2'],
+    install_requires=[
+        'gait_segmentation==0.1.0',
+        'matplotlib>=3.6.3',
+        'pillow>=10.2.0',
+        'tqdm>=4.66.2',
+    ],
     extras_require={
         # `gait_evaluate` leaves MOTA and IDF1 out without it.
         'evaluate': ['motmetrics>=1.4.0'],
