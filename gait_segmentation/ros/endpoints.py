@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Publishers and subscriptions, and their QoS."""
+"""Publishers and subscriptions, their QoS, and what rclpy refuses."""
 
 from __future__ import annotations
 
@@ -112,3 +112,8 @@ def camera_input(node: Any, config: CameraConfig) -> tuple[Any, str, QoSProfile]
     if config.image_transport == 'raw':
         return Image, 'image', profile
     return CompressedImage, f'{node.resolve_topic_name("image")}/compressed', profile
+
+
+def said_by(error: Exception) -> str:
+    """Return what an error of rclpy says, without the name it points to a place in."""
+    return str(error).partition('\n')[0].rstrip(':')

@@ -24,6 +24,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.utilities import remove_ros_args
 
+from gait_segmentation.ros.endpoints import said_by
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.shared_memory import remove_dead_segments
 from gait_segmentation.streams.config import CameraConfig, unused
@@ -85,9 +86,7 @@ def run_node(make: type[GaitNode], arguments: list[str] | None = None) -> int:
         if rclpy.ok() or code == 2:
             if node is not None:
                 raise
-            # What rclpy says goes on with the name and a pointer into it.
-            text = str(error).partition('\n')[0].rstrip(':')
-            print(f'{make.name}: error: {text}', file=sys.stderr)
+            print(f'{make.name}: error: {said_by(error)}', file=sys.stderr)
             return code
     finally:
         faulthandler.dump_traceback_later(_LONGEST_S, exit=True, file=2)

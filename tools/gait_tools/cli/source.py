@@ -34,7 +34,7 @@ from gait_segmentation.cli.tool import (
 from gait_segmentation.errors import ConfigError, GaitSegmentationError, SequenceError
 from gait_segmentation.files.output_files import keep_apart, named
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource, check_rate, open_input
-from gait_segmentation.ros.endpoints import BETWEEN_NODES
+from gait_segmentation.ros.endpoints import BETWEEN_NODES, said_by
 from gait_segmentation.ros.messages import image_message
 from gait_segmentation.streams.fields import stamp_of
 
@@ -233,7 +233,7 @@ def _run(given: list[str]) -> int:
     except Exception as error:
         # What rclpy does not understand or refuses, unless a signal has shut it down meanwhile.
         if node is None or rclpy.ok():
-            raise ConfigError(str(error).partition('\n')[0].rstrip(':')) from error
+            raise ConfigError(said_by(error)) from error
     finally:
         rclpy.try_shutdown()
     return 0
