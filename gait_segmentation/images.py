@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
+from gait_segmentation.kernels import kernel
 
 Window = tuple[slice, slice]
 """Rows and columns of a part of an image."""
@@ -227,3 +228,46 @@ def quantiles(values: NDArray[np.floating], shares: Sequence[float]) -> list[flo
     low, high = np.floor(places).astype(int), np.ceil(places).astype(int)
     ordered = np.partition(values, np.concatenate([low, high]))
     return (ordered[low] + (places - low) * (ordered[high] - ordered[low])).tolist()
+
+
+def inner_range(counts: NDArray[np.integer], share: float) -> tuple[int, int]:
+    """
+    Return where counts begin and end, without a share of their sum at either end.
+
+    :param counts: (n,), such as the pixels of each row of a mask; not all zero.
+    :returns: index of the first and the one after the last.
+    """
+    total = np.cumsum(counts)
+    first, last = np.searchsorted(total, (share * total[-1], (1 - share) * total[-1]))
+    return int(first), int(last) + 1
+
+
+def tanimoto(
+    shapes: NDArray[np.uint8], shape: NDArray[np.uint8], beyond: int = 0
+) -> NDArray[np.float64]:
+    """
+    Return the Tanimoto similarity of shapes with one (paper, Eq. 1), 0 to 1.
+
+    :param shapes: (..., h, w) uint8.
+    :param shape: (h, w) uint8.
+    :param beyond: sum of what of the one lies beyond these pixels, where the others are zero.
+    """
+    flat = np.ascontiguousarray(shapes).reshape(-1, shape.size)
+    common, either = np.zeros((2, len(flat)), np.int64)
+    _overlaps(flat, shape.ravel(), common, either)
+    return (common / np.maximum(either + beyond, 1)).reshape(shapes.shape[:-2])
+
+
+@kernel('u1[:,::1], u1[::1], i8[::1], i8[::1]')
+def _overlaps(
+    shapes: NDArray[np.uint8],
+    shape: NDArray[np.uint8],
+    common: NDArray[np.int64],
+    either: NDArray[np.int64],
+) -> None:
+    for k in range(shapes.shape[0]):
+        least, most = 0, 0
+        for x in range(shape.size):
+            least += min(shapes[k, x], shape[x])
+            most += max(shapes[k, x], shape[x])
+        common[k], either[k] = least, most

@@ -3,7 +3,7 @@
 """Starting: people found by their walk, and the first mask of a track from a box alone."""
 
 from gait_segmentation.starting.config import StartingConfig
-from gait_segmentation.starting.estimate import Start, estimate_start
 from gait_segmentation.starting.finder import WalkerFinder
+from gait_segmentation.starting.first_mask import FirstMask, estimate_first_mask
 
-__all__ = ['Start', 'StartingConfig', 'WalkerFinder', 'estimate_start']
+__all__ = ['FirstMask', 'StartingConfig', 'WalkerFinder', 'estimate_first_mask']

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
+from gait_segmentation.images import tanimoto
 from gait_segmentation.kernels import kernel
 
 _TRIM_ROWS, _TRIM_COLUMNS = 0.005, 0.02
@@ -262,13 +263,6 @@ class BodyShapes:
     def likeness(self, shape: NDArray[np.uint8]) -> float:
         """Return the similarity of a normalised shape with the template most like it, 0 to 1."""
         return float(tanimoto(self._shapes, shape).max())
-
-
-def tanimoto(shapes: NDArray[np.uint8], shape: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Return the Tanimoto similarity of (..., h, w) uint8 shapes with one of (h, w)."""
-    common = np.minimum(shapes, shape).sum(axis=(-2, -1), dtype=np.int32)
-    either = np.maximum(shapes, shape).sum(axis=(-2, -1), dtype=np.int32)
-    return np.asarray(common / np.maximum(either, 1))
 
 
 def normalised(region: NDArray[np.uint8], aspect: float | None = None) -> NDArray[np.uint8] | None:

@@ -22,10 +22,10 @@ from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import check_image
+from gait_segmentation.images import check_image, tanimoto
 from gait_segmentation.scene.working import working_shape
 from gait_segmentation.stamps import check_stamp
-from gait_segmentation.starting.blobs import Blob, BodyShapes, normalised, tanimoto
+from gait_segmentation.starting.blobs import Blob, BodyShapes, normalised
 from gait_segmentation.starting.config import StartingConfig
 from gait_segmentation.starting.motion_scene import MotionScene, SceneFrame
 

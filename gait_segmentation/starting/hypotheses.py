@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank, extents
-from gait_segmentation.geometry import Box
-from gait_segmentation.images import Window
+from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.images import Window, tanimoto
 from gait_segmentation.kernels import kernel
 
 VIEWS = (0.0, np.pi / 4, np.pi / 2, 3 * np.pi / 4, np.pi)
@@ -52,7 +52,7 @@ class Hypothesis:
     float32 the body's height, all in pixels.
     """
 
-    azimuth: float
+    view: float
     angle: float
     part: Window
     templates: NDArray[np.uint8]
@@ -61,21 +61,18 @@ class Hypothesis:
     top: NDArray[np.float32]
     height: NDArray[np.float32]
 
-    def similarities(self, likelihood: NDArray[np.float32]) -> NDArray[np.float32]:
-        """
-        Return the Tanimoto similarity (paper, Eq. 1) of a likelihood with each template.
+    def similarities(self, likelihood: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Return the Tanimoto similarity of a likelihood with each template, (K,), 0 to 1."""
+        image = np.round(likelihood * 255).astype(np.uint8)
+        part = image[self.part]
+        beyond = int(image.sum(dtype=np.int64)) - int(part.sum(dtype=np.int64))
+        return tanimoto(self.templates, part, beyond)
 
-        :param likelihood: (h, w) float32 in 0..1, the whole window.
-        :returns: (K,) float32.
-        """
-        image = np.round(likelihood * 255).astype(np.int16)
-        count = len(self.templates)
-        common = np.zeros(count, np.int64)
-        total = np.zeros(count, np.int64)
-        part = image[self.part].ravel()
-        _overlaps(self.templates.reshape(count, -1), part, common, total)
-        whole = total + int(image.sum(dtype=np.int64)) - common
-        return (common / np.maximum(whole, 1)).astype(np.float32)
+    def body(self, template: int) -> BodyFrame:
+        """Return the body frame of a template in the window."""
+        height = float(self.height[template])
+        middle = float(self.top[template]) + height / 2
+        return BodyFrame(float(self.axis[template]), middle, height, self.angle)
 
     def average(
         self, weights: NDArray[np.float32], shape: tuple[int, int], sigma: float
@@ -94,24 +91,6 @@ class Hypothesis:
         return np.asarray(cv2.GaussianBlur(mean, (0, 0), max(sigma, _LEAST_SIGMA)))
 
 
-@kernel('u1[:,::1], i2[::1], i8[::1], i8[::1]')
-def _overlaps(
-    templates: NDArray[np.uint8],
-    image: NDArray[np.int16],
-    common: NDArray[np.int64],
-    total: NDArray[np.int64],
-) -> None:
-    for k in range(templates.shape[0]):
-        c = 0
-        t = 0
-        for x in range(image.shape[0]):
-            value = np.int16(templates[k, x])
-            c += min(value, image[x])
-            t += value
-        common[k] = c
-        total[k] = t
-
-
 @kernel('u1[:,:,::1], f4[::1], f4[:,::1]')
 def _add_weighted(
     templates: NDArray[np.uint8], share: NDArray[np.float32], mean: NDArray[np.float32]
@@ -123,9 +102,9 @@ def _add_weighted(
                     mean[row, col] += share[k] * np.float32(templates[k, row, col])
 
 
-def fit_view(
-    bank: TemplateBank,
+def lay_onto(
     box: Box,
+    bank: TemplateBank,
     shape: tuple[int, int],
     cuts: tuple[bool, bool, bool, bool],
     view: float,

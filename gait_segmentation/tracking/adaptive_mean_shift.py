@@ -18,8 +18,8 @@ from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.images import Window, distance_from, size_of
 from gait_segmentation.paper.features import FeatureSelector, View
 from gait_segmentation.results import TRACKED
-from gait_segmentation.starting import Start
-from gait_segmentation.starting.estimate import in_view
+from gait_segmentation.starting import FirstMask
+from gait_segmentation.starting.first_mask import in_view
 from gait_segmentation.tracking.competition import Claim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.records import Record, Shift
@@ -34,7 +34,7 @@ _SETTLED = 5
 """Frames over which the likelihood's mass in the box is averaged to compare later ones with."""
 
 
-def start_in(box: Box, shape: tuple[int, int]) -> Start:
+def start_in(box: Box, shape: tuple[int, int]) -> FirstMask:
     """
     Return a start that takes the ellipse in a box for the person.
 
@@ -44,7 +44,7 @@ def start_in(box: Box, shape: tuple[int, int]) -> Start:
     box = in_view(box, shape)
     mask = _ellipse(box, (slice(0, shape[0]), slice(0, shape[1])))
     body = BodyFrame(box.center_x, box.center_y, max(box.height, 1.0))
-    return Start(mask, mask / np.float32(255), box, body)
+    return FirstMask(mask, mask / np.float32(255), box, body)
 
 
 class MeanShiftTarget(Target):
@@ -52,7 +52,9 @@ class MeanShiftTarget(Target):
 
     learns_from_masks = False
 
-    def __init__(self, track_id: int, world: World, start: Start, config: TrackingConfig) -> None:
+    def __init__(
+        self, track_id: int, world: World, start: FirstMask, config: TrackingConfig
+    ) -> None:
         """Begin with the box of a start in the world's newest frame; see :func:`start_in`."""
         super().__init__(track_id, world, start, config)
         self._selector = FeatureSelector()

@@ -18,7 +18,7 @@ from gait_segmentation.geometry import Box, body_window
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window
 from gait_segmentation.results import LOST
-from gait_segmentation.starting import Start, estimate_start
+from gait_segmentation.starting import FirstMask, estimate_first_mask
 from gait_segmentation.starting.blobs import BodyShapes, normalised
 from gait_segmentation.starting.finder import belongs
 from gait_segmentation.starting.motion_scene import MotionScene
@@ -48,7 +48,7 @@ _SAME = 0.3
 """Overlap (intersection over union) of the boxes of one person in two maps."""
 
 
-Arrival = tuple[Start, HeatMapCue]
+Arrival = tuple[FirstMask, HeatMapCue]
 """The first mask of somebody, and what is known of the heat map."""
 
 
@@ -83,7 +83,7 @@ def look_at(
         lab = world.now.image.lab_part(window)
         evidence[window] = known.evidence(lab, window, config.shadow_floor)
     estimate = partial(
-        estimate_start,
+        estimate_first_mask,
         world.now.image.lab,
         box,
         bank,
@@ -111,7 +111,7 @@ def look_at(
     return start, cue
 
 
-def _as_shown(start: Start, logit: NDArray[np.float32], window: Window) -> Start:
+def _as_shown(start: FirstMask, logit: NDArray[np.float32], window: Window) -> FirstMask:
     """
     Return a start with the mask that a heat map shows.
 
@@ -128,7 +128,7 @@ def _as_shown(start: Start, logit: NDArray[np.float32], window: Window) -> Start
 
 
 def slot_for_found(
-    slots: Sequence[Target | None], world: World, start: Start
+    slots: Sequence[Target | None], world: World, start: FirstMask
 ) -> tuple[int, int | None] | None:
     """
     Return the slot that somebody found gets, None if there is none.

@@ -21,7 +21,7 @@ from gait_segmentation.images import (
 )
 from gait_segmentation.results import LOST, TRACKED, FeatureWeight, TrackResult
 from gait_segmentation.scene.world_motion import WorldMotion
-from gait_segmentation.starting import Start
+from gait_segmentation.starting import FirstMask
 from gait_segmentation.tracking.appearance import Appearance, colour_signature
 from gait_segmentation.tracking.competition import REACH, Claim, beyond
 from gait_segmentation.tracking.config import TrackingConfig
@@ -61,7 +61,7 @@ class Target:
         self,
         track_id: int,
         world: World,
-        start: Start,
+        start: FirstMask,
         config: TrackingConfig,
         heat_map: HeatMapCue | None = None,
     ) -> None:
@@ -185,7 +185,7 @@ class Target:
         lab, rows = record.image.lab_part(window), self.person.rows(window)
         return colour_signature(lab, mask[window], rows)
 
-    def likeness(self, start: Start, record: Record) -> float:
+    def likeness(self, start: FirstMask, record: Record) -> float:
         """Return how alike (0..1) the colours of a first mask in some frame are."""
         body, shape = start.body, start.mask.shape
         center = (body.center_x, body.center_y)

@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import bounding_box
-from gait_segmentation.starting.blobs import normalised, tanimoto
+from gait_segmentation.images import bounding_box, tanimoto
+from gait_segmentation.starting.blobs import normalised
 
 _RIPE_NS, _TRIAL_NS = 1_000_000_000, 3_000_000_000
 """Time after which the masks tell whether it is a person, and in which people do not vanish."""

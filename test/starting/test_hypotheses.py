@@ -1,48 +1,13 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+from functools import partial
+
 import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.first_scene import FirstScene, barrier_distance, first_scene
-from gait_segmentation.starting.hypotheses import VIEWS, Hypothesis, fit_view
+from gait_segmentation.starting.hypotheses import VIEWS, Hypothesis, lay_onto
 from test.walkers import small_bank
-
-BOX = Box(20, 10, 40, 100)
-
-
-def scene() -> FirstScene:
-    """Return a window with somebody dark in the left half of the box, before something light."""
-    lab = np.full((120, 80, 3), 200, np.uint8)
-    lab[10:110, 20:40] = 60
-    return first_scene(lab, BOX, None)
-
-
-def test_beside_the_box_only_what_is_known_to_stand_out_may_be_the_person() -> None:
-    known = np.zeros((120, 80), np.float32)
-    known[111, 25:35] = 3
-    inside = first_scene(scene().lab, BOX, known).inside
-    assert np.flatnonzero(inside[111]).tolist() == list(range(25, 35))
-
-
-def test_a_mask_that_touches_all_sides_of_the_box_has_no_gap() -> None:
-    found = scene()
-    labels = np.zeros(found.shape, np.bool_)
-    assert found.gap(labels) == 1
-    labels[11:110, 20:59] = True
-    assert found.gap(labels) == 0, 'within what a given box may be off'
-    labels[:, 40:] = False
-    assert found.gap(labels) == pytest.approx(0.5 - 0.03)
-    labels[:60] = False
-    assert found.gap(labels) == pytest.approx(1 - 2 * 0.03)
-
-
-def test_the_distance_is_the_least_range_over_paths() -> None:
-    # One channel, one row: the way from the left climbs to 90, that from the right to 50.
-    image = np.repeat(np.array([[10, 90, 40, 50, 10]], np.uint8)[:, :, None], 3, axis=2)
-    inside = np.array([[False, True, True, True, False]])
-    assert barrier_distance(image, inside)[0].tolist() == [0, 240, 120, 120, 0]
-
 
 SHAPE = (120, 90)
 
@@ -50,7 +15,7 @@ SHAPE = (120, 90)
 def fit(box: Box, *cuts: str) -> list[Hypothesis]:
     """Lay templates onto a box, of which sides are cut by the border of the image."""
     cut = tuple(side in cuts for side in ('top', 'bottom', 'left', 'right'))
-    return [fit_view(small_bank(), box, SHAPE, cut, view) for view in VIEWS]
+    return [lay_onto(box, small_bank(), SHAPE, cut, view) for view in VIEWS]
 
 
 def laid(hypothesis: Hypothesis) -> np.ndarray:
@@ -99,7 +64,7 @@ def test_leaning_templates_fill_the_box_and_keep_their_height() -> None:
     # A body of 100 pixels that leans by 0.35 is lower than 100 and wider than upright.
     box = Box(20, 12, 55, 96)
     upright, leaning = (
-        fit_view(small_bank(), box, SHAPE, (False,) * 4, 0.0, angle) for angle in (0.0, 0.35)
+        lay_onto(box, small_bank(), SHAPE, (False,) * 4, 0.0, angle) for angle in (0.0, 0.35)
     )
     assert leaning.angle == pytest.approx(0.35)
     assert upright.angle == 0
@@ -111,3 +76,17 @@ def test_leaning_templates_fill_the_box_and_keep_their_height() -> None:
     template = laid(leaning)[int(leaning.weight.argmax())] > 127
     head, feet = np.nonzero(template[12:30])[1].mean(), np.nonzero(template[85:108])[1].mean()
     assert head > feet + 15
+
+
+def test_templates_are_laid_onto_the_box_as_its_borders_and_its_room_say() -> None:
+    box, shape = Box(60, 20, 50, 60), (100, 160)
+    laid = partial(lay_onto, box, small_bank(), shape, view=0.0)
+    nowhere, both = (False,) * 4, (True, True, False, False)
+    assert laid(cuts=both).top == pytest.approx(box.y)
+    assert laid(cuts=(True, False, False, False)).top.min() < box.y - 10
+    left, right = (laid(cuts=nowhere, aside=side).axis.mean() for side in (-1.0, 1.0))
+    assert left < right - 5
+    whole = laid(cuts=nowhere)
+    likelihood = np.zeros(shape, np.float32)
+    likelihood[whole.part] = whole.templates[0] / np.float32(255)
+    assert whole.similarities(likelihood)[0] == pytest.approx(1)

@@ -1,19 +1,19 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from functools import partial
-
 import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box, check_matched_box
-from gait_segmentation.starting import Start, estimate_start
-from gait_segmentation.starting.hypotheses import fit_view
+from gait_segmentation.starting import FirstMask, estimate_first_mask
+from gait_segmentation.starting.first_mask import Scene, barrier_distance
 from test.walkers import box_of, clip, overlap, small_bank
 
 
-def estimate(image: np.ndarray, box: Box, **options) -> Start:
-    return estimate_start(cv2.cvtColor(image, cv2.COLOR_BGR2Lab), box, small_bank(), **options)
+def estimate(image: np.ndarray, box: Box, evidence: np.ndarray | None = None) -> FirstMask:
+    lab = cv2.cvtColor(image, cv2.COLOR_BGR2Lab)
+    known = np.zeros(lab.shape[:2], np.float32) if evidence is None else evidence
+    return estimate_first_mask(lab, box, small_bank(), known)
 
 
 def test_the_first_mask_and_the_body_are_those_of_the_person_in_the_box() -> None:
@@ -98,8 +98,7 @@ def test_somebody_who_reaches_out_is_found_at_the_side_of_the_box(aside: int) ->
 
 def test_a_body_thought_to_go_on_beyond_the_border_can_be_matched() -> None:
     """Of the largest box that is taken, little more than the head is in the image."""
-    lab = np.full((60, 60, 3), 128, np.uint8)
-    found = estimate_start(lab, Box(20, 51, 60, 237), small_bank())
+    found = estimate(np.full((60, 60, 3), 128, np.uint8), Box(20, 51, 60, 237))
     body = Box.from_center(found.body.center_x, found.body.center_y, 30, found.body.height)
     check_matched_box(body, (60, 60))
     assert found.body.height >= 237
@@ -111,21 +110,43 @@ def test_what_stands_out_counts_also_just_outside_of_the_box() -> None:
     wrong = Box(box.x, box.y, box.width, 0.95 * box.height)
     evidence = np.where(truth == 255, 3, np.where(truth == 0, -3, 0)).astype(np.float32)
     blind = estimate(frame.image, wrong)
-    told = estimate(frame.image, wrong, evidence=evidence)
+    told = estimate(frame.image, wrong, evidence)
     assert overlap(told.mask, truth) > max(0.9, overlap(blind.mask, truth))
     below = Box.around(told.mask)
     assert abs(below.bottom - box.bottom) < 0.03 * box.height
 
 
-def test_templates_are_laid_onto_the_box_as_its_borders_and_its_room_say() -> None:
-    box, shape = Box(60, 20, 50, 60), (100, 160)
-    laid = partial(fit_view, small_bank(), box, shape, view=0.0)
-    nowhere, both = (False,) * 4, (True, True, False, False)
-    assert laid(cuts=both).top == pytest.approx(box.y)
-    assert laid(cuts=(True, False, False, False)).top.min() < box.y - 10
-    left, right = (laid(cuts=nowhere, aside=side).axis.mean() for side in (-1.0, 1.0))
-    assert left < right - 5
-    whole = laid(cuts=nowhere)
-    likelihood = np.zeros(shape, np.float32)
-    likelihood[whole.part] = whole.templates[0] / np.float32(255)
-    assert whole.similarities(likelihood)[0] == pytest.approx(1)
+BOX = Box(20, 10, 40, 100)
+
+
+def scene(known: np.ndarray | None = None) -> Scene:
+    """Return a window with somebody dark in the left half of the box, before something light."""
+    lab = np.full((120, 80, 3), 200, np.uint8)
+    lab[10:110, 20:40] = 60
+    return Scene.about(lab, BOX, np.zeros((120, 80), np.float32) if known is None else known)
+
+
+def test_beside_the_box_only_what_is_known_to_stand_out_may_be_the_person() -> None:
+    known = np.zeros((120, 80), np.float32)
+    known[111, 25:35] = 3
+    inside = scene(known).inside
+    assert np.flatnonzero(inside[111]).tolist() == list(range(25, 35))
+
+
+def test_a_mask_that_touches_all_sides_of_the_box_has_no_gap() -> None:
+    found = scene()
+    labels = np.zeros(found.inside.shape, np.bool_)
+    assert found.gap(labels) == 1
+    labels[11:110, 20:59] = True
+    assert found.gap(labels) == 0, 'within what a given box may be off'
+    labels[:, 40:] = False
+    assert found.gap(labels) == pytest.approx(0.5 - 0.03)
+    labels[:60] = False
+    assert found.gap(labels) == pytest.approx(1 - 2 * 0.03)
+
+
+def test_the_distance_is_the_least_range_over_paths() -> None:
+    # One channel, one row: the way from the left climbs to 90, that from the right to 50.
+    image = np.repeat(np.array([[10, 90, 40, 50, 10]], np.uint8)[:, :, None], 3, axis=2)
+    inside = np.array([[False, True, True, True, False]])
+    assert barrier_distance(image, inside)[0].tolist() == [0, 240, 120, 120, 0]
