@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import Window
+from gait_segmentation.images import Window, inner_range
 from gait_segmentation.tracking.person import GUARD, LEAST_SEEN
 
 _ITERATIONS, _DONE_PX = 10, 0.25
@@ -117,16 +117,10 @@ def visible_box(
     if cv2.countNonZero(likely) < max(1.0, LEAST_SEEN * cv2.countNonZero(mask)):
         return None
     (top, bottom), (left, right) = (
-        _ends(cv2.reduce(likely, axis, cv2.REDUCE_SUM, dtype=cv2.CV_32S)) for axis in (1, 0)
+        inner_range(cv2.reduce(likely, axis, cv2.REDUCE_SUM, dtype=cv2.CV_32S), _OUTERMOST)
+        for axis in (1, 0)
     )
     return Box(window[1].start + left, window[0].start + top, right - left, bottom - top)
-
-
-def _ends(counts: NDArray[np.int32]) -> tuple[int, int]:
-    """Return the first and after the last of some rows or columns that count."""
-    total = np.cumsum(counts)
-    ends = np.searchsorted(total, (_OUTERMOST * total[-1], (1 - _OUTERMOST) * total[-1]))
-    return int(ends[0]), int(ends[1]) + 1
 
 
 class WindowShift(NamedTuple):

@@ -21,31 +21,6 @@ def test_parts_above_each_other_are_one_body() -> None:
     assert blobs[0].area == blobs[0].moving == 20 * 40 + 8 * 30
 
 
-def test_many_upright_parts_above_each_other_are_as_many_people() -> None:
-    people = [(20, 10, 14, 40), (22, 58, 14, 40), (90, 10, 14, 40), (94, 58, 14, 40)]
-    crowd = image(*people, (92, 101, 8, 8))
-    blobs, _ = find_blobs(crowd, crowd)
-    found = sorted((blob.box.y, blob.box.height) for blob in blobs)
-    # A piece is still put to whom it belongs.
-    assert found == [(10, 40), (10, 40), (58, 40), (58, 51)]
-    two = image(*people[:2])
-    assert len(find_blobs(two, two)[0]) == 1
-
-
-def test_people_who_touch_are_two_if_their_heads_are_apart() -> None:
-    heads = image((24, 20, 12, 12), (60, 24, 12, 12))
-    both = heads | image((20, 34, 20, 56), (40, 38, 36, 52))
-    both[32:38] |= both[31]
-    blobs, _ = find_blobs(both, both)
-    left, right = sorted(blobs, key=lambda blob: blob.box.x)
-    assert left.box.right <= right.box.x + 1
-    assert (left.box.y, right.box.y) == (20, 24)
-    assert left.area + right.area == np.count_nonzero(both)
-    # One head, and a hand that is no higher than the shoulders.
-    one = image((24, 20, 12, 14), (20, 34, 60, 56))
-    assert len(find_blobs(one, one)[0]) == 1
-
-
 def test_the_box_is_about_what_moves_now() -> None:
     # A walker beside the place that was uncovered when he left, still joined to it.
     evidence = image((20, 20, 60, 60))
