@@ -84,9 +84,6 @@ _LIMIT = 4.0
 """Probability of a colour never seen, and most that colours say, as a logarithm."""
 
 _CONTRAST = 2.0
-_LOOSE = 0.03
-"""How far within a side a mask may end as if it touched it: given boxes are not tight."""
-
 _ROOM = 0.06
 """How far beyond the box there may be something of the person that stands out, in heights."""
 
@@ -276,7 +273,7 @@ class Scene:
             labels = self._cut(logit + np.float32(_CUT_PRIOR) * prior)
             weight = np.float32(_MASK_SHARE) * labels + np.float32(1 - _MASK_SHARE) * soft
             colours = self._colours(weight, 1 - weight, share)
-        sure = float(np.abs(colours[self.inside]).mean()) if self.inside.any() else 0.0
+        sure = float(np.abs(colours[self.inside]).mean())
         return sure - self.gap(labels), labels, hypothesis.body(best)
 
     def _colours(
@@ -308,17 +305,12 @@ class Scene:
         Return by how much a mask falls short of the sides of where the person may be.
 
         :param labels: (h, w) bool.
-        :returns: sum over the four sides, as shares of the width and height; 1 for no mask.
+        :returns: sum over the four sides, as shares of the width and height; 2 for no mask.
         """
-        if not labels.any():
-            return 1.0
-        gap = 0.0
-        for axis in (0, 1):
-            whole = np.flatnonzero(self.inside.any(axis))
-            found = np.flatnonzero(labels.any(axis))
-            for short in (found[0] - whole[0], whole[-1] - found[-1]):
-                gap += max(float(short) / len(whole) - _LOOSE, 0.0)
-        return gap
+        whole, found = Box.around(self.inside), Box.around(labels)
+        if whole is None or found is None:
+            return 2.0
+        return 2.0 - found.width / whole.width - found.height / whole.height
 
 
 def _logit(soft: NDArray[np.float32]) -> NDArray[np.float32]:
