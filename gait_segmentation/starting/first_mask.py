@@ -48,8 +48,9 @@ Height in pixels to which a taller person is scaled down for the estimate, and a
 its width is 0.75 of that.
 """
 
-_FIRST_SHARE, _SHARES = 0.3, (0.3, 0.7, 0.7)
-"""Weight of the colours of the own height band before and after each round."""
+_ROUNDS = 3
+_BAND_SHARE = 0.5
+"""Rounds of the maximisation, and weight of the colours of the own height band."""
 
 _LIKELIHOOD_PRIOR, _CUT_PRIOR = 0.5, 0.45
 _TEMPERATURE = 0.03
@@ -252,7 +253,7 @@ class Scene:
         evidence += known * inside
         rows = body_rows(shape, (0, 0), (box.center_x, box.center_y), box.height)
         contrast = mean_contrast(open_graph(np.where(inside, 0, -1).astype(np.int8)), lab)
-        models = ColourModel(1.0, _FLOOR), ColourModel(1.0, _FLOOR)
+        models = ColourModel(_BAND_SHARE, _FLOOR), ColourModel(_BAND_SHARE, _FLOOR)
         return cls(lab, colour_bins(lab), rows, inside, evidence, contrast, box.height, models)
 
     def maximise(self, hypothesis: Hypothesis) -> _Estimate:
@@ -260,9 +261,9 @@ class Scene:
         shape = self.inside.shape
         soft = hypothesis.average(hypothesis.weight, shape, 0.015 * self.height)
         rest = (~self.inside).astype(np.float32)
-        colours = self._colours(soft * soft * self.inside, rest, _FIRST_SHARE)
+        colours = self._colours(soft * soft * self.inside, rest)
         prior = _logit(soft)
-        for share in _SHARES:
+        for _ in range(_ROUNDS):
             logit = colours + self.evidence
             likelihood = 1 / (1 + np.exp(-logit - np.float32(_LIKELIHOOD_PRIOR) * prior))
             similarity = hypothesis.similarities(likelihood)
@@ -272,24 +273,22 @@ class Scene:
             prior = _logit(soft)
             labels = self._cut(logit + np.float32(_CUT_PRIOR) * prior)
             weight = np.float32(_MASK_SHARE) * labels + np.float32(1 - _MASK_SHARE) * soft
-            colours = self._colours(weight, 1 - weight, share)
+            colours = self._colours(weight, 1 - weight)
         sure = float(np.abs(colours[self.inside]).mean())
         return sure - self.gap(labels), labels, hypothesis.body(best)
 
     def _colours(
-        self, person: NDArray[np.float32], rest: NDArray[np.float32], band_share: float
+        self, person: NDArray[np.float32], rest: NDArray[np.float32]
     ) -> NDArray[np.float32]:
         """
         Return ln p(person) / p(surroundings) of all pixels by their colours, within +-4.
 
         :param person: (h, w) float32 in 0..1, the soft mask that colours are learnt from; ``rest``
             likewise of the surroundings.
-        :param band_share: weight of the colours of the own height band.
         """
         bands = np.clip((self.rows * np.float32(BANDS)).astype(np.intp), 0, BANDS - 1)
         found = []
         for model, weight in zip(self.models, (person, rest), strict=True):
-            model.band_share = band_share
             model.learn(self.bins, self.rows, weight, 1.0)
             found.append(np.log(model.table[self.bins, bands]))
         return np.clip(found[0] - found[1], -_LIMIT, _LIMIT)
