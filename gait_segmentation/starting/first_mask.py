@@ -52,7 +52,7 @@ _ROUNDS = 3
 _BAND_SHARE = 0.5
 """Rounds of the maximisation, and weight of the colours of the own height band."""
 
-_LIKELIHOOD_PRIOR, _CUT_PRIOR = 0.5, 0.45
+_PRIOR = 0.45
 _TEMPERATURE = 0.03
 _MASK_SHARE = 0.9
 _VOTE = 0.1
@@ -265,13 +265,13 @@ class Scene:
         prior = _logit(soft)
         for _ in range(_ROUNDS):
             logit = colours + self.evidence
-            likelihood = 1 / (1 + np.exp(-logit - np.float32(_LIKELIHOOD_PRIOR) * prior))
+            likelihood = 1 / (1 + np.exp(-logit - np.float32(_PRIOR) * prior))
             similarity = hypothesis.similarities(likelihood)
             best = int(np.argmax(similarity * (hypothesis.weight > 0.01)))
             weights = hypothesis.weight * np.exp((similarity - similarity.max()) / _TEMPERATURE)
             soft = hypothesis.average(weights, shape, 0.01 * self.height)
             prior = _logit(soft)
-            labels = self._cut(logit + np.float32(_CUT_PRIOR) * prior)
+            labels = self._cut(logit + np.float32(_PRIOR) * prior)
             weight = np.float32(_MASK_SHARE) * labels + np.float32(1 - _MASK_SHARE) * soft
             colours = self._colours(weight, 1 - weight)
         sure = float(np.abs(colours[self.inside]).mean())
