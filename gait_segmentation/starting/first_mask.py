@@ -259,7 +259,7 @@ class Scene:
     def maximise(self, hypothesis: Hypothesis) -> _Estimate:
         """Return what comes of one hypothesis."""
         shape = self.inside.shape
-        soft = hypothesis.average(hypothesis.weight, shape, 0.015 * self.height)
+        soft = hypothesis.average(hypothesis.weight, shape)
         rest = (~self.inside).astype(np.float32)
         colours = self._colours(soft * soft * self.inside, rest)
         prior = _logit(soft)
@@ -269,7 +269,7 @@ class Scene:
             similarity = hypothesis.similarities(likelihood)
             best = int(np.argmax(similarity * (hypothesis.weight > 0.01)))
             weights = hypothesis.weight * np.exp((similarity - similarity.max()) / _TEMPERATURE)
-            soft = hypothesis.average(weights, shape, 0.01 * self.height)
+            soft = hypothesis.average(weights, shape)
             prior = _logit(soft)
             labels = self._cut(logit + np.float32(_PRIOR) * prior)
             weight = np.float32(_MASK_SHARE) * labels + np.float32(1 - _MASK_SHARE) * soft

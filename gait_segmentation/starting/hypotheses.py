@@ -37,8 +37,8 @@ _MOST_BEYOND = 1.2
 _TALLER = (1.0, 1.4, 2.0, 2.8)
 """Bodies tried that reach beyond the border of the image, in heights of the box."""
 
-_LEAST_SIGMA = 0.3
-"""Least blur of averaged templates, in pixels."""
+_BLUR_PX = 0.7
+"""Blur of averaged templates."""
 
 
 @dataclass(frozen=True)
@@ -74,21 +74,18 @@ class Hypothesis:
         middle = float(self.top[template]) + height / 2
         return BodyFrame(float(self.axis[template]), middle, height, self.angle)
 
-    def average(
-        self, weights: NDArray[np.float32], shape: tuple[int, int], sigma: float
-    ) -> NDArray[np.float32]:
+    def average(self, weights: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
         """
         Return the weighted mean of the templates, blurred, (h, w) float32 in 0..1.
 
         :param weights: (K,) float32.
         :param shape: (h, w) of the window.
-        :param sigma: of the blur, in pixels.
         """
         share = (weights / max(float(weights.sum()), 1e-12) / 255).astype(np.float32)
         part, mean = np.zeros(self.templates.shape[1:], np.float32), np.zeros(shape, np.float32)
         _add_weighted(self.templates, share, part)
         mean[self.part] = part
-        return np.asarray(cv2.GaussianBlur(mean, (0, 0), max(sigma, _LEAST_SIGMA)))
+        return np.asarray(cv2.GaussianBlur(mean, (0, 0), _BLUR_PX))
 
 
 @kernel('u1[:,:,::1], f4[::1], f4[:,::1]')
