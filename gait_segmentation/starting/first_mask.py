@@ -88,7 +88,6 @@ _CONTRAST = 2.0
 _ROOM = 0.06
 """How far beyond the box there may be something of the person that stands out, in heights."""
 
-_SCANS = 6
 _FAR = np.float32(1e9)
 _LEVEL, _TEXTURE_GAIN = 15.0, 0.7
 """Barrier that says nothing: a constant and a share of the texture's range of colours."""
@@ -364,8 +363,8 @@ def barrier_distance(image: NDArray[np.uint8], inside: NDArray[np.bool_]) -> NDA
     """
     distance = np.where(inside, _FAR, np.float32(0)).astype(np.float32)
     high, low = image.copy(), image.copy()
-    for number in range(_SCANS):
-        _scan(image, distance, high, low, number % 2 == 0)
+    for forward in (True, False, True, False):
+        _scan(image, distance, high, low, forward)
     return distance
 
 
