@@ -65,7 +65,7 @@ What else is tried in boxes broader than this for their height: how tall the bod
 and to which side it stands, as far as there is room.
 """
 
-_TILTED, _TILTED_VIEWS, _MOST_TILT = 0.05, 2, 0.5
+_TILTED, _MOST_TILT = 0.05, 0.5
 _BORDER_PX, _BORDER = 2, 0.09
 _BROAD = 0.75
 """
@@ -155,10 +155,10 @@ def estimate_first_mask(
     tilt = min(max(tilt, -_MOST_TILT), _MOST_TILT)
     if use_tilt and abs(tilt) > _TILTED:
         # Only now, because upright people would be mistaken for leaning ones.
-        likely = sorted(range(len(found)), key=lambda k: -found[k][0])[:_TILTED_VIEWS]
+        likely = max(range(len(found)), key=lambda number: found[number][0])
         center = small.center_x, small.center_y
         scene = replace(scene, rows=body_rows(lab.shape[:2], (0, 0), center, small.height, tilt))
-        found += [scene.maximise(lay(hypotheses[k].view, tilt)) for k in likely]
+        found.append(scene.maximise(lay(hypotheses[likely].view, tilt)))
     votes = np.zeros(shape, np.float32)
     across = size_of(window)[::-1]
     votes[window] = cv2.resize(_vote(found), across, interpolation=cv2.INTER_LINEAR)
