@@ -12,6 +12,7 @@ from gait_segmentation.images import (
     axis_tilt,
     check_image,
     check_map,
+    inner_range,
     median,
     quantiles,
     same_proportions,
@@ -19,6 +20,7 @@ from gait_segmentation.images import (
     shifted_part,
     shrink,
     signed_distance,
+    tanimoto,
 )
 
 
@@ -120,3 +122,21 @@ def test_a_tilt_is_positive_to_the_right_and_proportions_fit_to_a_pixel() -> Non
     assert axis_tilt(leaning) == pytest.approx(np.arctan(0.2), abs=0.02)
     assert same_proportions((2, 100), (24, 996))
     assert not same_proportions((2, 100), (24, 300))
+
+
+def test_the_ends_of_a_range_are_where_a_share_of_the_counts_is_passed() -> None:
+    counts = np.array([0, 1, 50, 0, 48, 1, 0])
+    assert inner_range(counts, 0.005) == (1, 6)
+    assert inner_range(counts, 0.02) == (2, 5)
+
+
+def test_similarity_is_what_two_have_in_common_over_what_either_has() -> None:
+    shapes = np.zeros((3, 2, 4, 6), np.uint8)
+    shapes[1, 0, :, :3] = 200
+    shape = np.zeros((4, 6), np.uint8)
+    shape[:, :4] = 100
+    found = tanimoto(shapes, shape)
+    assert found.shape == (3, 2)
+    assert found[1, 0] == pytest.approx(300 / 700)
+    assert np.count_nonzero(found) == 1
+    assert tanimoto(shape, shape) == 1

@@ -4,13 +4,13 @@
 The first mask from a box alone: a joint estimate over views, colours and the cut.
 
 For each direction of walking, expectation maximisation alternates between the colours of person
-and surroundings, the weights of the templates laid onto the box, and a graph cut.  In a box that
-is broad for a walker, bodies taller than it (somebody who sits, or behind a table) and bodies at
-either side of it (somebody who reaches out) are tried, too.  All then vote, each with a weight by
-how surely the colours it has learnt decide about the pixels, and by how little its mask falls
-short of the sides of the box: a tight box is touched on all of them (Lempitsky et al., Image
-Segmentation with a Bounding Box Prior, ICCV 2009).  If the mask leans, be it little, the best
-directions are tried once more with templates that lean as much.
+and surroundings, the weights of the templates laid onto the box, and a graph cut.  Where a border
+of the image cuts the body, and in a box that is broad for a walker (somebody who sits, or behind a
+table), taller bodies are tried, too.  All then vote, each with a weight by how surely the colours
+it has learnt decide about the pixels, and by how little its mask falls short of the sides of the
+box: a tight box is touched on all of them (Lempitsky et al., Image Segmentation with a Bounding
+Box Prior, ICCV 2009).  If the mask leans, be it little, the best hypothesis is tried once more
+with templates that lean as much.
 
 A pixel inside the box may be connected with what is outside of it: the minimum barrier distance
 (Strand, Ciesielski, Malmberg and Saha, CVIU 2013; by raster scans as in Zhang et al., ICCV 2015)
@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import BANDS, ColourModel, body_rows, colour_bins
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import BodyFrame, Box, body_window
-from gait_segmentation.images import axis_tilt, size_of
+from gait_segmentation.images import axis_tilt, size_of, tanimoto
 from gait_segmentation.kernels import kernel
 from gait_segmentation.segmentation.graph_cut import (
     contrast_links,
@@ -45,7 +45,7 @@ from gait_segmentation.starting.hypotheses import VIEWS, Hypothesis, lay_onto
 _HEIGHT = 70
 """
 Height in pixels to which a taller person is scaled down for the estimate, and a broader one until
-its width is 0.75 of that.
+the width is half of that.
 """
 
 _ROUNDS = 3
@@ -58,20 +58,19 @@ _MASK_SHARE = 0.9
 _VOTE = 0.1
 """How much less sure a result is that has a third of the votes, see :meth:`Scene.maximise`."""
 
-_STANCES = ((1.5, 0.0), (2.2, 0.0), (1.0, -1.0), (1.0, 1.0))
-_STANCES_FROM = 0.5
+_BROAD, _TALLER = 0.5, (1.0, 1.5, 2.2)
 """
-What else is tried in boxes broader than this for their height: how tall the body is for the box,
-and to which side it stands, as far as there is room.
+Width over height from which a box may show less than a whole body, and the heights of bodies tried
+then, and of those that the upper or lower border cuts, in heights of the box.
 """
 
 _TILTED, _MOST_TILT = 0.05, 0.5
-_BORDER_PX, _BORDER = 2, 0.09
-_BROAD = 0.75
+"""Lean from which, and up to which, leaning templates are tried, in radians."""
+
+_LOOSE = 0.06
 """
-How close to the border of the image a box ends there: in pixels, and of a box broader than a whole
-body, which has this width over its height, as a share of its size.  The margin that a given box is
-shrunk by is less.
+How far a given box may be off, as a share of its size: it ends at a border of the image that is
+less far away, and beyond it there may be something of the person that stands out.
 """
 
 _TALLEST = 4.0
@@ -85,9 +84,6 @@ _LIMIT = 4.0
 """Probability of a colour never seen, and most that colours say, as a logarithm."""
 
 _CONTRAST = 2.0
-_ROOM = 0.06
-"""How far beyond the box there may be something of the person that stands out, in heights."""
-
 _FAR = np.float32(1e9)
 _LEVEL, _TEXTURE_GAIN = 15.0, 0.7
 """Barrier that says nothing: a constant and a share of the texture's range of colours."""
@@ -143,22 +139,22 @@ def estimate_first_mask(
     )
     small = box.shifted(-window[1].start, -window[0].start).scaled(scale)
     scene = Scene.about(lab, small, evidence)
-    lay = partial(lay_onto, small, bank, (rows, columns), cuts)
-    hypotheses = [lay(view) for view in VIEWS]
-    if box.width > _STANCES_FROM * box.height:
-        for taller, aside in _STANCES:
-            # How far a body goes on beyond a border of the image is tried in any case.
-            if aside or not any(cuts[:2]):
-                hypotheses += [lay(view, taller=taller, aside=aside) for view in VIEWS]
-    found = [scene.maximise(each) for each in hypotheses]
+    whole = not any(cuts[:2]) and box.width <= _BROAD * box.height
+    ways = [
+        partial(lay_onto, small, bank, (rows, columns), cuts, view, taller, beyond)
+        for taller in _TALLER[: 1 if whole else None]
+        for beyond in {False, cuts[2] != cuts[3]}
+        for view in VIEWS
+    ]
+    found = [scene.maximise(lay()) for lay in ways]
     tilt = axis_tilt((_vote(found) > 0.5).astype(np.uint8))
     tilt = min(max(tilt, -_MOST_TILT), _MOST_TILT)
     if use_tilt and abs(tilt) > _TILTED:
         # Only now, because upright people would be mistaken for leaning ones.
         likely = max(range(len(found)), key=lambda number: found[number][0])
         center = small.center_x, small.center_y
-        scene = replace(scene, rows=body_rows(lab.shape[:2], (0, 0), center, small.height, tilt))
-        found.append(scene.maximise(lay(hypotheses[likely].view, tilt)))
+        scene = replace(scene, rows=body_rows((rows, columns), (0, 0), center, small.height, tilt))
+        found.append(scene.maximise(ways[likely](angle=tilt)))
     votes = np.zeros(shape, np.float32)
     across = size_of(window)[::-1]
     votes[window] = cv2.resize(_vote(found), across, interpolation=cv2.INTER_LINEAR)
@@ -200,9 +196,7 @@ def _at_borders(box: Box, shape: tuple[int, int]) -> tuple[Box, tuple[bool, bool
     :param shape: (h, w) of the image.
     :returns: the box, and whether the border cuts at the top, bottom, left and right.
     """
-    broad = box.width > _BROAD * box.height
-    tall = max(_BORDER_PX, _BORDER * box.height) if broad else _BORDER_PX
-    wide = max(_BORDER_PX, _BORDER * box.width)
+    tall, wide = _LOOSE * box.height, _LOOSE * box.width
     top, bottom = box.y < tall, box.bottom > shape[0] - tall
     left, right = box.x < wide, box.right > shape[1] - wide
     x, y = min(box.x, 0.0) if left else box.x, min(box.y, 0.0) if top else box.y
@@ -247,7 +241,7 @@ class Scene:
         inside[box.slices(*shape[::-1])] = True
         evidence = barrier_evidence(lab, inside)
         # Where it is known what is there the box need not be exact.
-        room = box.padded(_ROOM * box.height, _ROOM * box.height).slices(*shape[::-1])
+        room = box.padded(_LOOSE * box.height, _LOOSE * box.height).slices(*shape[::-1])
         inside[room] |= known[room] > 0
         evidence += known * inside
         rows = body_rows(shape, (0, 0), (box.center_x, box.center_y), box.height)
@@ -257,24 +251,21 @@ class Scene:
 
     def maximise(self, hypothesis: Hypothesis) -> _Estimate:
         """Return what comes of one hypothesis."""
-        shape = self.inside.shape
-        soft = hypothesis.average(hypothesis.weight, shape)
-        rest = (~self.inside).astype(np.float32)
-        colours = self._colours(soft * soft * self.inside, rest)
-        prior = _logit(soft)
+        soft = hypothesis.average(hypothesis.weight)
+        colours = self._colours(soft * soft * self.inside, (~self.inside).astype(np.float32))
+        prior = np.float32(_PRIOR) * _logit(soft)
         for _ in range(_ROUNDS):
             logit = colours + self.evidence
-            likelihood = 1 / (1 + np.exp(-logit - np.float32(_PRIOR) * prior))
-            similarity = hypothesis.similarities(likelihood)
-            best = int(np.argmax(similarity * (hypothesis.weight > 0.01)))
+            likelihood = np.round(255 / (1 + np.exp(-logit - prior))).astype(np.uint8)
+            similarity = tanimoto(hypothesis.templates, likelihood)
             weights = hypothesis.weight * np.exp((similarity - similarity.max()) / _TEMPERATURE)
-            soft = hypothesis.average(weights, shape)
-            prior = _logit(soft)
-            labels = self._cut(logit + np.float32(_PRIOR) * prior)
-            weight = np.float32(_MASK_SHARE) * labels + np.float32(1 - _MASK_SHARE) * soft
-            colours = self._colours(weight, 1 - weight)
+            soft = hypothesis.average(weights)
+            prior = np.float32(_PRIOR) * _logit(soft)
+            labels = self._cut(logit + prior)
+            person = np.float32(_MASK_SHARE) * labels + np.float32(1 - _MASK_SHARE) * soft
+            colours = self._colours(person, 1 - person)
         sure = float(np.abs(colours[self.inside]).mean())
-        return sure - self.gap(labels), labels, hypothesis.body(best)
+        return sure - self.gap(labels), labels, hypothesis.bodies[int(weights.argmax())]
 
     def _colours(
         self, person: NDArray[np.float32], rest: NDArray[np.float32]
