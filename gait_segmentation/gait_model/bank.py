@@ -19,7 +19,7 @@ import tokenize
 import zipfile
 import zlib
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -156,11 +156,6 @@ class TemplateBank:
         builds = np.array(self.builds, dtype=np.str_)
         return {'templates': self.templates, 'azimuth': self.azimuth, 'builds': builds}
 
-    @cached_property
-    def extents(self) -> tuple[NDArray[np.int32], ...]:
-        """Return the boxes of the templates, (V, P, 4) int32: their insides, and with the rim."""
-        return extents(self.templates, (127, 0))
-
     @property
     def sequences(self) -> int:
         """Return V, the number of sequences."""
@@ -215,28 +210,6 @@ def quantize(templates: NDArray[np.uint8], levels: int) -> NDArray[np.uint8]:
     return np.asarray(cv2.LUT(np.ascontiguousarray(templates).reshape(-1, 1), table)).reshape(
         templates.shape
     )
-
-
-def extents(
-    images: NDArray[np.uint8], thresholds: tuple[int, ...]
-) -> tuple[NDArray[np.int32], ...]:
-    """
-    Return the tight boxes of what is brighter than each threshold.
-
-    :param images: (..., h, w) uint8.
-    :returns: (..., 4) int32 for each: left, top, width and height, all 0 where nothing is.
-    """
-    brightest = images.max(axis=-2), images.max(axis=-1)
-    found = []
-    for threshold in thresholds:
-        box = np.zeros((*images.shape[:-2], 4), np.int32)
-        for axis, lines in enumerate(each > threshold for each in brightest):
-            last = lines.shape[-1] - lines[..., ::-1].argmax(axis=-1)
-            first = lines.argmax(axis=-1)
-            box[..., axis] = first
-            box[..., axis + 2] = np.where(lines.any(axis=-1), last - first, 0)
-        found.append(box)
-    return tuple(found)
 
 
 def _read_arrays(path: Path) -> dict[str, Any]:

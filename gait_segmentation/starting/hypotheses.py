@@ -12,8 +12,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.gait_model.bank import TemplateBank, extents
+from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.images import bounding_box
 
 VIEWS = (0.0, np.pi / 4, np.pi / 2, 3 * np.pi / 4, np.pi)
 """Directions of walking; towards and away from the camera look the same to a silhouette."""
@@ -79,9 +80,7 @@ def lay_onto(
     grids = bank.templates[sequences].reshape(-1, *bank.grid)
     if angle:
         grids = np.stack([_turned(template, angle) for template in grids])
-        (tight,) = extents(grids, (127,))
-    else:
-        tight = bank.extents[0][sequences].reshape(-1, 4)
+    tight = np.array([bounding_box((grid > 127).view(np.uint8)) for grid in grids])
     grids, tight = grids[tight[:, 2] > 0], tight[tight[:, 2] > 0]
     ratio = np.log(tight[:, 2] / tight[:, 3] * taller * box.height / box.width)
     weight = np.exp(-0.5 * ((np.minimum(ratio, 0) if beyond else ratio) / _SIGMA) ** 2)

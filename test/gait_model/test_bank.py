@@ -192,13 +192,3 @@ def test_quantize(levels):
     assert once[255] == 255
     assert (np.diff(once.astype(int)) >= 0).all()
     assert np.abs(once.astype(int) - values).max() <= 255 / (levels - 1) / 2 + 1
-
-
-def test_extents_are_left_top_width_and_height() -> None:
-    templates = np.zeros((1, 2, 20, 24), np.uint8)
-    templates[0, 0, 4:16, 5:11] = 200
-    templates[0, 0, 3, 7] = 100
-    bank = TemplateBank(templates, np.zeros(1, np.float32), ('average',), 0.9)
-    inside, rim = bank.extents
-    assert inside[0].tolist() == [[5, 4, 6, 12], [0, 0, 0, 0]]
-    assert rim[0, 0].tolist() == [5, 3, 6, 13]
