@@ -143,7 +143,7 @@ def estimate_first_mask(
     ways = [
         partial(lay_onto, small, bank, (rows, columns), cuts, view, taller, beyond)
         for taller in _TALLER[: 1 if whole else None]
-        for beyond in {False, cuts[2] != cuts[3]}
+        for beyond in sorted({False, cuts[2] != cuts[3]})
         for view in VIEWS
     ]
     found = [scene.maximise(lay()) for lay in ways]
@@ -154,7 +154,8 @@ def estimate_first_mask(
         likely = max(range(len(found)), key=lambda number: found[number][0])
         center = small.center_x, small.center_y
         scene = replace(scene, rows=body_rows((rows, columns), (0, 0), center, small.height, tilt))
-        found.append(scene.maximise(ways[likely](angle=tilt)))
+        # As tall as the box, as the first of the ways are.
+        found.append(scene.maximise(ways[likely % len(VIEWS)](angle=tilt)))
     votes = np.zeros(shape, np.float32)
     across = size_of(window)[::-1]
     votes[window] = cv2.resize(_vote(found), across, interpolation=cv2.INTER_LINEAR)
