@@ -43,6 +43,9 @@ sides: beyond what a tracker makes of the smallest and the largest box to start 
 _BEYOND = 12.0
 """How much larger and farther away than its box a body may be, with any parameters of matching."""
 
+REACH = 0.12
+"""How far about the outline of a person it is asked whose pixels are, in body heights."""
+
 _HALF_WIDTH, _HALF_HEIGHT, _HELD_MARGIN = 0.52, 0.62, 0.12
 """Reach of the window about a body, and its margin about a box held, in body heights."""
 

@@ -216,7 +216,7 @@ class Pipeline:
         self.tracker.check(image)
         if heat_map is not None:
             heat_map_of(heat_map)
-        self.tracker.begin_anew()
+        self.tracker.reset(waiting=False)
         self.matcher.reset()
         self.segmenter.reset()
         self._held.clear()
