@@ -86,7 +86,9 @@ def judge(world: World, targets: Sequence[Target]) -> Likelihoods:
     _notice_jolt(world, targets)
     judged = [(target, target.judge()) for target in targets]
     present = [(target, claim) for target, claim in judged if claim is not None]
-    logits = compete([claim for _, claim in present])
+    logits = [claim.logit for _, claim in present]
+    if world.config.use_competition:
+        logits = compete([claim for _, claim in present])
     for target, nothing in judged:
         if nothing is None and target.state == TRACKED:
             target.lose()

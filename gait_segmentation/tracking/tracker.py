@@ -368,7 +368,8 @@ class PeopleTracker:
         past = self._finder.past(self._stamp_ns)
         if past is not None:
             world.see_as(*past.levels())
-        world.advance(image, self._stamp_ns, (), camera=False, heat=self._heat_map)
+        texture, heat = self._config.use_texture, self._heat_map
+        world.advance(image, self._stamp_ns, (), camera=False, texture=texture, heat=heat)
         self._worlds.append(world)
         return world
 

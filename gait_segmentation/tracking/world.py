@@ -65,8 +65,8 @@ class World:
         self._at_largest = self.scale >= largest
         self._working_height = config.working_height
         self._estimator = MotionEstimator()
-        self._light = Light()
-        self._contrast = Contrast()
+        self.config = config
+        self.see_as(Light(), Contrast())
         self._background = BackgroundModel(self.shape)
         self.fades = False
         """Whether the newest frame is the first without colours after those that had some."""
@@ -77,6 +77,7 @@ class World:
     def see_as(self, light: Light, contrast: Contrast) -> None:
         """Take over light and levels of somebody who has seen the place before."""
         self._light, self._contrast = deepcopy(light), contrast
+        self._light.flickers = self.config.use_flicker
 
     def fits(self, height: float) -> bool:
         """Return whether a person of the given height in source pixels is well seen here."""
@@ -122,10 +123,12 @@ class World:
         :param heat: P(person) from elsewhere, of this frame or one before.
         :returns: what moved; :meth:`body_shift` then measures the people.
         """
-        frame = WorkingImage.of(
-            image, stamp_ns, self.shape, self._light, self._contrast, texture=texture
+        light = self._light if self.config.use_light else None
+        contrast = self._contrast if self.config.use_contrast else None
+        frame = WorkingImage.of(image, stamp_ns, self.shape, light, contrast, texture=texture)
+        self.fades = (
+            self.config.use_fade and frame.faded and not (self.history and self.now.image.faded)
         )
-        self.fades = frame.faded and not (self.history and self.now.image.faded)
         if self.fades:
             models = [self._background, *(each.background for each in self.pending)]
             for model in {id(each): each for each in models}.values():

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One evaluation: several sequences, one configuration, one report; and ablations."""
+"""One evaluation: several sequences, one configuration, one report."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from tqdm import tqdm
 
-from gait_segmentation.config import parameters_of, replaced, stages_of
+from gait_segmentation.config import replaced
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_tools.evaluation.metrics import PERSON, start_box
@@ -90,28 +90,6 @@ def restarts_of(sequence: Sequence) -> list[tuple[list[int], Box]]:
     return found
 
 
-def priors(config: Any) -> dict[str, Any]:
-    """Return a pipeline's configuration with each shape prior there is."""
-    about = {about.name: about for about in parameters_of(config.segmentation)}['prior']
-    return {
-        prior: replaced(config, 'segmentation', 'prior', prior) for prior in about.choices or ()
-    }
-
-
-def ingredients(config: Any) -> dict[str, Any]:
-    """Return it without each ``use_...`` parameter that is on, by ``stage.parameter``."""
-    return {
-        f'{stage}.{about.name}': replaced(config, stage, about.name, False)
-        for stage, values in stages_of(config).items()
-        for about in parameters_of(values)
-        if about.type is bool and about.name.startswith('use_') and getattr(values, about.name)
-    }
-
-
-ABLATIONS = {'priors': priors, 'ingredients': ingredients}
-"""What makes the configurations to compare of the one that is used."""
-
-
 @dataclass(frozen=True)
 class Session:
     """
@@ -161,20 +139,15 @@ class Session:
         report: dict[str, Any] = {'sequences': rows, 'mean': mean_of(rows)}
         return report | {kind: restart_report(starts[kind]) for kind in kinds}
 
-    def compare(
-        self, config: Any, base: Mapping[str, Any], ablation: str
-    ) -> dict[str, dict[str, Any]]:
-        """
-        Evaluate the configurations of an ablation.
-
-        :param base: the report of ``config`` itself, not run again.
-        :param ablation: one of :data:`ABLATIONS`.
-        :returns: the reports by name.
-        """
-        return {
-            name: dict(base) if changed == config else self.evaluate(changed, name=name)
-            for name, changed in ABLATIONS[ablation](config).items()
-        }
+    def run_whole(
+        self, config: Any, sequence: Sequence, starts: Mapping[int, Iterable[Box]]
+    ) -> Iterator[Outcome]:
+        """Run a new pipeline with slots for everybody over all of a sequence."""
+        slots = len(sequence.attendance.people) if sequence.label_files else 0
+        if self.auto and self.heat_map:
+            slots = max(slots, MAP_SLOTS)
+        config = self._suited(config, slots, auto=self.auto)
+        return self._run(config, sequence, sequence.numbers, starts)
 
     def _run(
         self,
@@ -199,13 +172,9 @@ class Session:
     ) -> dict[str, Any]:
         """Return the scores of a sequence, and write its masks and contact sheet to a folder."""
         attendance, starts = sequence.attendance, {} if self.auto else sequence.starts
-        slots = len(attendance.people) if sequence.label_files else 0
-        if self.auto and self.heat_map:
-            slots = max(slots, MAP_SLOTS)
-        config = self._suited(config, slots, auto=self.auto)
         summary = Summary(TrackingScore(attendance, first_frames(attendance, starts)))
         output = None if out is None else SequenceOutput(out / sequence.name, sequence)
-        outcomes = self._run(config, sequence, sequence.numbers, starts)
+        outcomes = self.run_whole(config, sequence, starts)
         for outcome in _shown(outcomes, title, len(sequence.numbers)):
             summary.add(outcome, sequence.labels(outcome.number))
             if output is not None:

@@ -1,0 +1,224 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+What each mechanism is worth: it is left out by its switch, alone, over many films.
+
+Films are run from their boxes and from moved ones.  J is the mean over the frames that show the
+person, then over boxes, the films of a place, and places.  A difference counts if its interval,
+of a bootstrap over places, leaves out zero.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence as ListLike
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+
+from gait_segmentation.config import overridden
+from gait_segmentation.errors import ConfigError, SequenceError
+from gait_segmentation.geometry import Box
+from gait_tools.evaluation.report import write_json
+from gait_tools.evaluation.sequence import Sequence
+from gait_tools.evaluation.session import Session
+from gait_tools.evaluation.variants import filmed
+from gait_tools.outputs import keep_others
+
+Scores = dict[str, float]
+"""J by ``NAME@BOX``, of one film run from one box."""
+
+OFF = 0.04
+"""How far first boxes are moved and resized at most, in their heights."""
+
+_DRAWS = 10_000
+_HEAD = re.compile(rb'\{\s*"settings": \[')
+_BEGIN, _END = '<!-- ablation -->\n', '<!-- end of ablation -->'
+
+
+class Mechanism(NamedTuple):
+    """What can be left out: name, what it does, the settings that do so, and on which films."""
+
+    name: str
+    does: str
+    off: str
+    films: tuple[str, ...] = ('plain',)
+
+
+WHOLE = Mechanism('nothing', '', '', ('plain', 'ramp', 'flicker', 'night', 'low'))
+SPOILT = WHOLE.films[1:]
+MECHANISMS = (
+    WHOLE,
+    Mechanism(
+        'light correction', 'undoes the light', 'tracking.use_light=false', ('plain', 'ramp')
+    ),
+    Mechanism(
+        'flicker wave', "undoes lamps' bands", 'tracking.use_flicker=false', ('plain', 'flicker')
+    ),
+    Mechanism(
+        'grey fade', "survives colours' loss", 'tracking.use_fade=false', ('plain', 'night')
+    ),
+    Mechanism(
+        'contrast spreading', 'spreads few levels', 'tracking.use_contrast=false', ('plain', 'low')
+    ),
+    Mechanism('texture', 'replaces missing colours', 'tracking.use_texture=false'),
+    Mechanism('ego-motion', 'follows the camera', 'tracking.use_ego_motion=false'),
+    Mechanism('box margin', 'trims first boxes', 'tracking.box_margin=0'),
+    Mechanism('background model', 'remembers each pixel', 'tracking.use_background=false'),
+    Mechanism('motion gate', 'distrusts what moves', 'tracking.use_motion_gate=false'),
+    Mechanism('shadow', 'explains cast shadows', 'tracking.use_shadow=false'),
+    Mechanism('motion cue', 'prefers moving along', 'tracking.use_motion_cue=false'),
+    Mechanism('colour bands', 'tells body heights', 'tracking.band_share=0'),
+    Mechanism(
+        'colour learning',
+        'follows changing colours',
+        'tracking.colour_rate=0 tracking.person_colour_rate=0',
+    ),
+    Mechanism('strangers', 'expects unknown people', 'tracking.stranger_density=0'),
+    Mechanism('competition', 'divides shared pixels', 'tracking.use_competition=false'),
+    Mechanism('mean shift', 'corrects the place', 'tracking.mean_shift_gain=0'),
+    Mechanism('tilt', 'follows leaning bodies', 'tracking.use_tilt=false'),
+    Mechanism('search for the lost', 'awaits hidden people', 'tracking.patience=0'),
+    Mechanism('likelihood blur', 'forgives small shifts', 'matching.blur=1'),
+    Mechanism('phase clock', 'expects the pace', 'matching.rate_cost=0'),
+    Mechanism('path memory', 'sums past frames', 'matching.memory=0.05'),
+    Mechanism('path switching margin', 'keeps the twin', 'matching.switch_margin=0'),
+    Mechanism('placement search', 'corrects the box', 'matching.shifts_x=0 matching.shifts_y=0'),
+    Mechanism('scale search', 'corrects the height', 'matching.scales=0'),
+    Mechanism('shape prior', "knows walkers' shapes", 'segmentation.prior=none'),
+    Mechanism("default for paper's prior", 'grows with distance', 'segmentation.prior=paper'),
+    Mechanism('prior in the data term', 'weighs the template', 'segmentation.template_weight=0'),
+    Mechanism("prior's fading", 'doubts poor fits', 'segmentation.fit_high=0.65'),
+    Mechanism('contrast term', 'follows image edges', 'segmentation.contrast=0'),
+    Mechanism('refinement', 'cuts finer again', 'segmentation.use_refinement=false'),
+)
+"""In the order in which a frame meets them."""
+
+
+def mean_j(session: Session, config: Any, run: tuple[Sequence, int]) -> float:
+    """
+    Return the mean J of the frames of a film that show the person.
+
+    :param run: the film and the number of the box: 0 as it is given, else the seed that moves it.
+    """
+    cv2.setNumThreads(1)
+    sequence, number = run
+    rng = np.random.default_rng(1000 + number)
+    starts = {} if session.auto else sequence.starts
+    if number > 0:
+        starts = {n: tuple(_moved(box, rng, *sequence.size) for box in starts[n]) for n in starts}
+    scores = [each.score for each in session.run_whole(config, sequence, starts)]
+    return float(np.mean([x.j for x in scores if x is not None and not np.isnan(x.visible.iou)]))
+
+
+def _moved(box: Box, rng: np.random.Generator, width: int, height: int) -> Box:
+    """Return a box as somebody less careful draws it."""
+    dx, dy, wider, taller = rng.uniform(-OFF, OFF, 4) * box.height
+    moved = Box(box.x + dx, box.y + dy, box.width + wider, box.height + taller)
+    return moved.clipped(width, height) or box
+
+
+def ablate(
+    session: Session,
+    config: Any,
+    settings: ListLike[str],
+    out: Path,
+    *,
+    boxes: int = 1,
+    jobs: int = 1,
+    spoilt: Iterable[str] = (),
+) -> Iterator[str]:
+    """
+    Run all films without each mechanism; yield the lines of a Markdown table as they come.
+
+    What the folder holds of the same settings is not run again.
+
+    :param config: of the pipeline, in which ``settings`` are made already.
+    :param settings: what tells these runs from others, besides what is left out.
+    :param out: folder, for one file a row: J by film and box.
+    :param boxes: how many boxes each film is run from, the given one first.
+    :param jobs: processes.
+    :param spoilt: those of :data:`SPOILT` that are run as well.
+    :raises SequenceError: if a file cannot be read or written.
+    :raises ConfigError: if a file was not made here.
+    """
+    places = {each.name: str(each.about.get('place', each.name)) for each in session.sequences}
+    yield '| left out | what it does | films | J | difference (95 %) | verdict |\n'
+    yield f'{"|---" * 6}|\n'
+    whole: dict[str, Scores] = {}
+    rows = [(each, film) for each in MECHANISMS for film in each.films]
+    with ProcessPoolExecutor(jobs, get_context('spawn')) as pool:
+        for mechanism, film in (row for row in rows if row[1] in ('plain', *spoilt)):
+            off = mechanism.off.split()
+            about, path = (
+                [*settings, *off],
+                out / f'{mechanism.name.replace(" ", "-")}@{film}.json',
+            )
+            known, runs = _read(path, about), {}
+            for sequence, number in itertools.product(session.sequences, range(boxes)):
+                runs[f'{sequence.name}@{number}'] = filmed(sequence, film), number
+            new = [name for name in runs if name not in known]
+            once = partial(mean_j, replace(session, sequences=()), overridden(config, off))
+            found = (map if jobs == 1 else pool.map)(once, (runs[name] for name in new))
+            try:
+                known.update(zip(new, found, strict=True))
+            finally:
+                # Of a run that is stopped, what there is.
+                write_json(path, {'settings': about, 'J': known})
+            scores = {name: known[name] for name in runs}
+            yield _row(mechanism, film, scores, whole.setdefault(film, scores), places)
+
+
+def _row(
+    mechanism: Mechanism, film: str, scores: Scores, whole: Scores, places: Mapping[str, str]
+) -> str:
+    """Return a line of the table."""
+    by_place: dict[str, list[tuple[float, float]]] = {}
+    for name, j in scores.items():
+        place = places[name.rpartition('@')[0]]
+        by_place.setdefault(place, []).append((j, j - whole[name]))
+    means = np.array([np.mean(each, axis=0) for each in by_place.values()])
+    cells = [mechanism.name, mechanism.does, film, f'{means[:, 0].mean():.3f}', '', '']
+    if mechanism is not WHOLE:
+        changes = means[:, 1]
+        draws = np.random.default_rng(0).choice(changes, (_DRAWS, len(changes))).mean(axis=1)
+        low, high = np.percentile(draws, (2.5, 97.5))
+        cells[4] = f'{changes.mean():+.4f} ({low:+.4f} to {high:+.4f})'
+        cells[5] = 'noise' if low <= 0 <= high else 'worse' if high < 0 else 'better'
+        if not changes.any():
+            cells[4:] = '0', 'same'
+    return f'| {" | ".join(cells)} |\n'
+
+
+def with_table(page: Path, table: str) -> str:
+    """
+    Return a Markdown page with another table between its marks.
+
+    :raises ConfigError: if it cannot be read or has no marks.
+    """
+    try:
+        head, begin, rest = page.read_text(encoding='utf-8').partition(_BEGIN)
+    except (OSError, ValueError) as error:
+        raise ConfigError(f'{page} cannot be read: {error}') from error
+    _, end, tail = rest.partition(_END)
+    if not end:
+        raise ConfigError(f'{page} must have the lines {_BEGIN.strip()} and {_END} for the table')
+    return f'{head}{begin}{table}{end}{tail}'
+
+
+def _read(path: Path, settings: list[str]) -> Scores:
+    """Return what an earlier run with the same settings found."""
+    keep_others([('--out', path, lambda head: _HEAD.match(head) is not None)], 'gait_evaluate')
+    try:
+        known = json.loads(path.read_text()) if path.exists() else {}
+    except (OSError, ValueError) as error:
+        raise SequenceError(f'{path} cannot be read: {error}') from error
+    return dict(known['J']) if known.get('settings') == settings else {}
