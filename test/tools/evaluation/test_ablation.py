@@ -1,0 +1,65 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a mechanism is worth is told over places, and nothing is run twice."""
+
+import time
+
+import pytest
+
+from gait_segmentation.errors import ConfigError
+from gait_segmentation.pipeline import PipelineConfig
+from gait_tools.evaluation.ablation import ablate, with_table
+from gait_tools.evaluation.session import Session, load_sequences
+
+from .fakes import FakePipeline, write_sequence
+
+
+@pytest.fixture
+def folders(tmp_path):
+    return [write_sequence(tmp_path / name, frames=2) for name in 'ab']
+
+
+def rows(folders, out, make_pipeline=FakePipeline, settings=(), **options):
+    out.mkdir(exist_ok=True)
+    session = Session(load_sequences(folders), make_pipeline, time.perf_counter)
+    lines = list(ablate(session, PipelineConfig(), settings, out, **options))
+    cells = [[cell.strip() for cell in line.split('|')[1:-1]] for line in lines[2:]]
+    return {(each[0], each[2]): each[3:] for each in cells}
+
+
+def never(config):
+    raise AssertionError('nothing is to be run')
+
+
+def test_each_mechanism_is_left_out_once_and_what_is_done_is_not_run_again(folders, tmp_path):
+    out = tmp_path / 'out'
+    found = rows(folders, out, boxes=2, spoilt=['night'])
+    assert found['nothing', 'plain'] == ['1.000', '', '']
+    assert found['tilt', 'plain'] == ['1.000', '0', 'same']
+    assert ('grey fade', 'night') in found
+    assert ('light correction', 'ramp') not in found
+    j, difference, verdict = found['texture', 'plain']
+    assert 0.4 < float(j) < 0.6
+    assert (float(difference.split()[0]), verdict) == (
+        pytest.approx(float(j) - 1, abs=1e-3),
+        'worse',
+    )
+    assert rows(folders, out, never, boxes=2, spoilt=['night']) == found
+    with pytest.raises(AssertionError, match='nothing is to be run'):
+        rows(folders, out, never, ['other=1'], boxes=2)
+
+
+def test_processes_find_the_same_and_a_stopped_run_goes_on(folders, tmp_path):
+    one = rows(folders[:1], tmp_path / 'out')
+    both = rows(folders, tmp_path / 'out', jobs=2)
+    assert set(one) == set(both)
+    assert both == rows(folders, tmp_path / 'other')
+
+
+def test_a_table_is_put_between_the_marks_of_a_page(tmp_path):
+    page = tmp_path / 'page.md'
+    page.write_text('# A\n<!-- ablation -->\nold\n<!-- end of ablation -->\nz\n')
+    assert with_table(page, 'new\n') == page.read_text().replace('old', 'new')
+    page.write_text('# A\n<!-- ablation -->\n')
+    with pytest.raises(ConfigError, match='must have the lines <!-- ablation --> and'):
+        with_table(page, 'new\n')
