@@ -35,9 +35,6 @@ _OUTPUT = Path('-')
 _SCORES = re.compile(rb'\{\s*"sequences": \{')
 """Beginning of a file of scores."""
 
-_TOLD = ('preset', 'bank', 'init', 'likelihood', 'heat_map')
-"""Options that change what is run, besides settings."""
-
 DESCRIPTION = """\
 Run the pipeline over sequences with ground truth and score the masks and tracks.
 
@@ -134,32 +131,16 @@ def parser() -> argparse.ArgumentParser:
     add(
         '--ablate',
         choices=('mechanisms',),
-        help='leave out one mechanism at a time, and print a table of what that does to J; '
-        'results go to --out, where a run that was stopped goes on (another DIR for other code)',
+        help='leave out one at a time, and print a table of what that does to J; --out keeps the '
+        'results, from which a run that was stopped goes on (other code: another DIR)',
     )
-    add(
-        '--boxes',
-        type=int,
-        default=1,
-        metavar='N',
-        help='run each film also from N - 1 boxes moved by up to 4 %% of their height '
-        '(default: %(default)s)',
-    )
-    add('--jobs', type=int, default=1, metavar='N', help='processes (default: %(default)s)')
-    add(
-        '--spoil',
-        nargs='+',
-        choices=SPOILT,
-        default=[],
-        help='run what is for such films also on films made so: from the middle on darker (ramp), '
-        'with lamps that flicker or without colours (night), or with few levels (low)',
-    )
-    add(
-        '--write',
-        type=Path,
-        metavar='FILE',
-        help='write the table between the marks <!-- ablation --> of a Markdown file',
-    )
+    boxes = 'also run films from N - 1 boxes moved by up to 4 %% of their height (default: 1)'
+    add('--boxes', type=int, default=1, metavar='N', help=boxes)
+    add('--jobs', type=int, default=1, metavar='N', help='processes (default: 1)')
+    spoil = 'also run what is for them on films whose light is spoilt so, see docs/evaluation.md'
+    add('--spoil', nargs='+', choices=SPOILT, default=[], help=spoil)
+    write = 'put the table between the marks <!-- ablation --> of a Markdown file'
+    add('--write', type=Path, metavar='FILE', help=write)
     return made
 
 
@@ -224,22 +205,14 @@ def evaluate(options: argparse.Namespace) -> None:
     with compiling(lambda text: print(f'gait_evaluate: {text}', file=sys.stderr)):
         compile_kernels()
     if options.ablate is not None:
-        about = [f'{name}={getattr(options, name)}' for name in _TOLD]
-        rows = ablate(
-            session,
-            config,
-            [*about, *settings],
-            options.out,
-            boxes=options.boxes,
-            jobs=options.jobs,
-            spoilt=options.spoil,
-        )
-        lines = []
-        for line in rows:
+        told = ('preset', 'bank', 'init', 'likelihood', 'heat_map')
+        about, written = [f'{name}={getattr(options, name)}' for name in told], ''
+        given = options.boxes, options.jobs, options.spoil
+        for line in ablate(session, config, [*about, *settings], options.out, *given):
             print(line, end='', flush=True)
-            lines.append(line)
+            written += line
         if options.write is not None:
-            write_file(options.write, with_table(options.write, ''.join(lines)).encode())
+            write_file(options.write, with_table(options.write, written).encode())
         return
     report = session.evaluate(config, options.out)
     say(f'{table(report)}\n\n{tracking_table(report)}')
@@ -264,8 +237,8 @@ def _keep_inputs(options: argparse.Namespace) -> None:
 
     :raises ConfigError: if there are such.
     """
-    outputs = [('--json', None if options.json == _OUTPUT else options.json)]
-    outputs += [('--write', options.write)]
+    json_file = None if options.json == _OUTPUT else options.json
+    outputs = [('--json', json_file), ('--write', options.write)]
     if options.out is not None:
         names = [os.path.basename(os.path.realpath(path)) for path in options.sequence]
         outputs += [

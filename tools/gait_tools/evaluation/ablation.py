@@ -57,18 +57,10 @@ WHOLE = Mechanism('nothing', '', '', ('plain', 'ramp', 'flicker', 'night', 'low'
 SPOILT = WHOLE.films[1:]
 MECHANISMS = (
     WHOLE,
-    Mechanism(
-        'light correction', 'undoes the light', 'tracking.use_light=false', ('plain', 'ramp')
-    ),
-    Mechanism(
-        'flicker wave', "undoes lamps' bands", 'tracking.use_flicker=false', ('plain', 'flicker')
-    ),
-    Mechanism(
-        'grey fade', "survives colours' loss", 'tracking.use_fade=false', ('plain', 'night')
-    ),
-    Mechanism(
-        'contrast spreading', 'spreads few levels', 'tracking.use_contrast=false', ('plain', 'low')
-    ),
+    Mechanism('light', 'undoes its changes', 'tracking.use_light=false', ('plain', 'ramp')),
+    Mechanism('flicker', 'undoes bands', 'tracking.use_flicker=false', ('plain', 'flicker')),
+    Mechanism('grey fade', 'survives the night', 'tracking.use_fade=false', ('plain', 'night')),
+    Mechanism('contrast', 'spreads few levels', 'tracking.use_contrast=false', ('plain', 'low')),
     Mechanism('texture', 'replaces missing colours', 'tracking.use_texture=false'),
     Mechanism('ego-motion', 'follows the camera', 'tracking.use_ego_motion=false'),
     Mechanism('box margin', 'trims first boxes', 'tracking.box_margin=0'),
@@ -77,11 +69,8 @@ MECHANISMS = (
     Mechanism('shadow', 'explains cast shadows', 'tracking.use_shadow=false'),
     Mechanism('motion cue', 'prefers moving along', 'tracking.use_motion_cue=false'),
     Mechanism('colour bands', 'tells body heights', 'tracking.band_share=0'),
-    Mechanism(
-        'colour learning',
-        'follows changing colours',
-        'tracking.colour_rate=0 tracking.person_colour_rate=0',
-    ),
+    Mechanism('colours of the place', 'follow what passes', 'tracking.colour_rate=0'),
+    Mechanism('colours of the person', 'follow the light', 'tracking.person_colour_rate=0'),
     Mechanism('strangers', 'expects unknown people', 'tracking.stranger_density=0'),
     Mechanism('competition', 'divides shared pixels', 'tracking.use_competition=false'),
     Mechanism('mean shift', 'corrects the place', 'tracking.mean_shift_gain=0'),
@@ -94,7 +83,7 @@ MECHANISMS = (
     Mechanism('placement search', 'corrects the box', 'matching.shifts_x=0 matching.shifts_y=0'),
     Mechanism('scale search', 'corrects the height', 'matching.scales=0'),
     Mechanism('shape prior', "knows walkers' shapes", 'segmentation.prior=none'),
-    Mechanism("default for paper's prior", 'grows with distance', 'segmentation.prior=paper'),
+    Mechanism("default (for paper's) prior", 'grows with distance', 'segmentation.prior=paper'),
     Mechanism('prior in the data term', 'weighs the template', 'segmentation.template_weight=0'),
     Mechanism("prior's fading", 'doubts poor fits', 'segmentation.fit_high=0.65'),
     Mechanism('contrast term', 'follows image edges', 'segmentation.contrast=0'),
@@ -105,18 +94,20 @@ MECHANISMS = (
 
 def mean_j(session: Session, config: Any, run: tuple[Sequence, int]) -> float:
     """
-    Return the mean J of the frames of a film that show the person.
+    Return the mean J of the frames of a film that show the person; of all who are labelled.
 
     :param run: the film and the number of the box: 0 as it is given, else the seed that moves it.
     """
     cv2.setNumThreads(1)
     sequence, number = run
     rng = np.random.default_rng(1000 + number)
-    starts = {} if session.auto else sequence.starts
+    starts = sequence.starts
     if number > 0:
         starts = {n: tuple(_moved(box, rng, *sequence.size) for box in starts[n]) for n in starts}
-    scores = [each.score for each in session.run_whole(config, sequence, starts)]
-    return float(np.mean([x.j for x in scores if x is not None and not np.isnan(x.visible.iou)]))
+    summary = session.score(config, sequence, starts)
+    if sequence.label_files:
+        return float(summary.tracking.numbers()['J'] or 0.0)
+    return float(np.mean([each.j for each in summary.scores if not np.isnan(each.visible.iou)]))
 
 
 def _moved(box: Box, rng: np.random.Generator, width: int, height: int) -> Box:
@@ -131,7 +122,6 @@ def ablate(
     config: Any,
     settings: ListLike[str],
     out: Path,
-    *,
     boxes: int = 1,
     jobs: int = 1,
     spoilt: Iterable[str] = (),
@@ -139,11 +129,9 @@ def ablate(
     """
     Run all films without each mechanism; yield the lines of a Markdown table as they come.
 
-    What the folder holds of the same settings is not run again.
-
     :param config: of the pipeline, in which ``settings`` are made already.
     :param settings: what tells these runs from others, besides what is left out.
-    :param out: folder, for one file a row: J by film and box.
+    :param out: folder with a file a row: J by film and box, of which none is run again.
     :param boxes: how many boxes each film is run from, the given one first.
     :param jobs: processes.
     :param spoilt: those of :data:`SPOILT` that are run as well.
@@ -157,14 +145,13 @@ def ablate(
     rows = [(each, film) for each in MECHANISMS for film in each.films]
     with ProcessPoolExecutor(jobs, get_context('spawn')) as pool:
         for mechanism, film in (row for row in rows if row[1] in ('plain', *spoilt)):
-            off = mechanism.off.split()
-            about, path = (
-                [*settings, *off],
-                out / f'{mechanism.name.replace(" ", "-")}@{film}.json',
-            )
-            known, runs = _read(path, about), {}
-            for sequence, number in itertools.product(session.sequences, range(boxes)):
-                runs[f'{sequence.name}@{number}'] = filmed(sequence, film), number
+            off, path = mechanism.off.split(), out / f'{mechanism.name}@{film}.json'
+            about = [*settings, *off]
+            known = _read(path, about)
+            runs = {
+                f'{each.name}@{number}': (filmed(each, film), number)
+                for each, number in itertools.product(session.sequences, range(boxes))
+            }
             new = [name for name in runs if name not in known]
             once = partial(mean_j, replace(session, sequences=()), overridden(config, off))
             found = (map if jobs == 1 else pool.map)(once, (runs[name] for name in new))
@@ -191,8 +178,8 @@ def _row(
         changes = means[:, 1]
         draws = np.random.default_rng(0).choice(changes, (_DRAWS, len(changes))).mean(axis=1)
         low, high = np.percentile(draws, (2.5, 97.5))
-        cells[4] = f'{changes.mean():+.4f} ({low:+.4f} to {high:+.4f})'
-        cells[5] = 'noise' if low <= 0 <= high else 'worse' if high < 0 else 'better'
+        verdict = 'noise' if low <= 0 <= high else 'worse' if high < 0 else 'better'
+        cells[4:] = f'{changes.mean():+.4f} ({low:+.4f} to {high:+.4f})', verdict
         if not changes.any():
             cells[4:] = '0', 'same'
     return f'| {" | ".join(cells)} |\n'

@@ -17,7 +17,7 @@ from gait_segmentation.geometry import Box
 from gait_tools.evaluation.metrics import PERSON, start_box
 from gait_tools.evaluation.report import SequenceOutput, Summary, mean_of, restart_report
 from gait_tools.evaluation.runner import Outcome, run
-from gait_tools.evaluation.sequence import Sequence, read_mask
+from gait_tools.evaluation.sequence import Boxes, Sequence, read_mask
 from gait_tools.evaluation.tracking_score import TrackingScore, first_frames
 
 if TYPE_CHECKING:
@@ -131,23 +131,14 @@ class Session:
         starts: dict[str, dict[str, dict[int, list[float]]]] = {kind: {} for kind in kinds}
         for sequence in self.sequences:
             title = f'{name} {sequence.name}'.strip()
-            rows[sequence.name] = self._score(config, sequence, out, title)
+            summary = self.score(config, sequence, sequence.starts, out, title)
+            rows[sequence.name] = summary.numbers()
             for kind in kinds:
                 runs = self._restarts(config, sequence, warm=kind == 'warm')
                 count = len(restarts_of(sequence))
                 starts[kind][sequence.name] = dict(_shown(runs, f'{title} {kind}', count))
         report: dict[str, Any] = {'sequences': rows, 'mean': mean_of(rows)}
         return report | {kind: restart_report(starts[kind]) for kind in kinds}
-
-    def run_whole(
-        self, config: Any, sequence: Sequence, starts: Mapping[int, Iterable[Box]]
-    ) -> Iterator[Outcome]:
-        """Run a new pipeline with slots for everybody over all of a sequence."""
-        slots = len(sequence.attendance.people) if sequence.label_files else 0
-        if self.auto and self.heat_map:
-            slots = max(slots, MAP_SLOTS)
-        config = self._suited(config, slots, auto=self.auto)
-        return self._run(config, sequence, sequence.numbers, starts)
 
     def _run(
         self,
@@ -167,21 +158,34 @@ class Session:
             heat_map=sequence.heat_maps(self.heat_map),
         )
 
-    def _score(
-        self, config: Any, sequence: Sequence, out: Path | None, title: str
-    ) -> dict[str, Any]:
-        """Return the scores of a sequence, and write its masks and contact sheet to a folder."""
-        attendance, starts = sequence.attendance, {} if self.auto else sequence.starts
+    def score(
+        self,
+        config: Any,
+        sequence: Sequence,
+        starts: Boxes,
+        out: Path | None = None,
+        title: str = '',
+    ) -> Summary:
+        """
+        Score a sequence started from boxes, and write its masks and contact sheet to a folder.
+
+        :param title: of the bar that shows how far it is; without it there is none.
+        """
+        attendance, starts = sequence.attendance, {} if self.auto else starts
+        slots = len(attendance.people) if sequence.label_files else 0
+        if self.auto and self.heat_map:
+            slots = max(slots, MAP_SLOTS)
+        config = self._suited(config, slots, auto=self.auto)
         summary = Summary(TrackingScore(attendance, first_frames(attendance, starts)))
         output = None if out is None else SequenceOutput(out / sequence.name, sequence)
-        outcomes = self.run_whole(config, sequence, starts)
+        outcomes = self._run(config, sequence, sequence.numbers, starts)
         for outcome in _shown(outcomes, title, len(sequence.numbers)):
             summary.add(outcome, sequence.labels(outcome.number))
             if output is not None:
                 output.add(outcome)
         if output is not None:
             output.close()
-        return summary.numbers()
+        return summary
 
     def _restarts(
         self, config: Any, sequence: Sequence, *, warm: bool
@@ -215,4 +219,5 @@ class Session:
 def _shown(items: Iterable[Item], name: str, total: int) -> Iterator[Item]:
     """Pass items on, and show how many there were."""
     # disable=None: no bar where stderr is not a terminal.
-    yield from tqdm(items, name, total, unit='frame', disable=None, leave=False)
+    off = None if name else True
+    yield from tqdm(items, name, total, unit='frame', disable=off, leave=False)
