@@ -126,6 +126,16 @@ def test_a_world_sees_as_another_did() -> None:
     np.testing.assert_array_equal(made.now.image.bgr, seen.bgr)
 
 
+def test_levels_stay_as_they_are_if_that_is_asked_for() -> None:
+    off = {'use_light': False, 'use_contrast': False}
+    for switches in (off, off | {'use_light': True}, off | {'use_contrast': True}):
+        made = world(**switches)
+        for number in (1, 2):
+            image = cv2.convertScaleAbs(wall(), alpha=0.5 / number)
+            made.advance(image, number, (), camera=False)
+        assert np.array_equal(made.now.image.bgr, image) == (switches is off)
+
+
 @pytest.mark.parametrize('texture', [False, True])
 def test_a_place_that_loses_its_colours_is_known_all_the_same(texture: bool) -> None:
     made, nobody = world(), np.zeros(world().shape, np.uint8)

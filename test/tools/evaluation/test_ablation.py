@@ -6,9 +6,8 @@ import time
 
 import pytest
 
-from gait_segmentation.errors import ConfigError
 from gait_segmentation.pipeline import PipelineConfig
-from gait_tools.evaluation.ablation import ablate, with_table
+from gait_tools.evaluation.ablation import ablate
 from gait_tools.evaluation.session import Session, load_sequences
 
 from .fakes import FakePipeline, write_sequence
@@ -44,12 +43,3 @@ def test_each_mechanism_is_left_out_once_and_what_is_done_is_not_run_again(folde
 def test_processes_find_the_same_and_more_films_are_added(folders, tmp_path):
     rows(folders[:1], tmp_path / 'out')
     assert rows(folders, tmp_path / 'out', jobs=2) == rows(folders, tmp_path / 'other')
-
-
-def test_a_table_is_put_between_the_marks_of_a_page(tmp_path):
-    page = tmp_path / 'page.md'
-    page.write_text('# A\n<!-- ablation -->\nold\n<!-- end of ablation -->\nz\n')
-    assert with_table(page, 'new\n') == page.read_text().replace('old', 'new')
-    page.write_text('# A\n<!-- ablation -->\n')
-    with pytest.raises(ConfigError, match='must have the lines <!-- ablation --> and'):
-        with_table(page, 'new\n')

@@ -26,10 +26,10 @@ from gait_segmentation.cli.tool import (
 from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.files.output_files import keep_apart, write_file
-from gait_tools.evaluation.ablation import SPOILT, ablate, with_table
+from gait_tools.evaluation.ablation import SPOILT, ablate
 from gait_tools.evaluation.report import table, tracking_table, write_json
 from gait_tools.evaluation.session import Session, load_sequences
-from gait_tools.outputs import check_file, is_own_picture, keep_others, make_folder
+from gait_tools.outputs import check_file, is_own_picture, keep_others, make_folder, with_part
 
 _OUTPUT = Path('-')
 _SCORES = re.compile(rb'\{\s*"sequences": \{')
@@ -139,7 +139,7 @@ def parser() -> argparse.ArgumentParser:
     add('--jobs', type=int, default=1, metavar='N', help='processes (default: 1)')
     spoil = 'also run what is for them on films whose light is spoilt so, see docs/evaluation.md'
     add('--spoil', nargs='+', choices=SPOILT, default=[], help=spoil)
-    write = 'put the table between the marks <!-- ablation --> of a Markdown file'
+    write = 'put the table between <!-- mechanisms --> and <!-- end --> in a Markdown file'
     add('--write', type=Path, metavar='FILE', help=write)
     return made
 
@@ -161,7 +161,7 @@ def evaluate(options: argparse.Namespace) -> None:
         if options.out is None or options.json or options.restarts or options.warm:
             raise ConfigError('--ablate needs --out, and goes without --json, --restarts, --warm')
         if options.write is not None:
-            with_table(options.write, '')
+            with_part(options.write, options.ablate, '')
     if options.json != _OUTPUT:
         keep_others([('--json', options.json, _are_scores)], 'gait_evaluate')
     for path in options.sequence if options.out is not None else ():
@@ -212,7 +212,7 @@ def evaluate(options: argparse.Namespace) -> None:
             print(line, end='', flush=True)
             written += line
         if options.write is not None:
-            write_file(options.write, with_table(options.write, written).encode())
+            write_file(options.write, with_part(options.write, options.ablate, written).encode())
         return
     report = session.evaluate(config, options.out)
     say(f'{table(report)}\n\n{tracking_table(report)}')

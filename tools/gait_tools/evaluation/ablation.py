@@ -25,7 +25,7 @@ import cv2
 import numpy as np
 
 from gait_segmentation.config import overridden
-from gait_segmentation.errors import ConfigError, SequenceError
+from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_tools.evaluation.report import write_json
 from gait_tools.evaluation.sequence import Sequence
@@ -36,16 +36,11 @@ from gait_tools.outputs import keep_others
 Scores = dict[str, float]
 """J by ``NAME@BOX``, of one film run from one box."""
 
-OFF = 0.04
-"""How far first boxes are moved and resized at most, in their heights."""
-
-_DRAWS = 10_000
 _HEAD = re.compile(rb'\{\s*"settings": \[')
-_BEGIN, _END = '<!-- ablation -->\n', '<!-- end of ablation -->'
 
 
 class Mechanism(NamedTuple):
-    """What can be left out: name, what it does, the settings that do so, and on which films."""
+    """What can be left out; ``off`` are the settings that do so, ``films`` where that is run."""
 
     name: str
     does: str
@@ -111,8 +106,8 @@ def mean_j(session: Session, config: Any, run: tuple[Sequence, int]) -> float:
 
 
 def _moved(box: Box, rng: np.random.Generator, width: int, height: int) -> Box:
-    """Return a box as somebody less careful draws it."""
-    dx, dy, wider, taller = rng.uniform(-OFF, OFF, 4) * box.height
+    """Return a box off by up to 4 % of its height."""
+    dx, dy, wider, taller = rng.uniform(-0.04, 0.04, 4) * box.height
     moved = Box(box.x + dx, box.y + dy, box.width + wider, box.height + taller)
     return moved.clipped(width, height) or box
 
@@ -176,29 +171,13 @@ def _row(
     cells = [mechanism.name, mechanism.does, film, f'{means[:, 0].mean():.3f}', '', '']
     if mechanism is not WHOLE:
         changes = means[:, 1]
-        draws = np.random.default_rng(0).choice(changes, (_DRAWS, len(changes))).mean(axis=1)
+        draws = np.random.default_rng(0).choice(changes, (10000, len(changes))).mean(axis=1)
         low, high = np.percentile(draws, (2.5, 97.5))
         verdict = 'noise' if low <= 0 <= high else 'worse' if high < 0 else 'better'
         cells[4:] = f'{changes.mean():+.4f} ({low:+.4f} to {high:+.4f})', verdict
         if not changes.any():
             cells[4:] = '0', 'same'
     return f'| {" | ".join(cells)} |\n'
-
-
-def with_table(page: Path, table: str) -> str:
-    """
-    Return a Markdown page with another table between its marks.
-
-    :raises ConfigError: if it cannot be read or has no marks.
-    """
-    try:
-        head, begin, rest = page.read_text(encoding='utf-8').partition(_BEGIN)
-    except (OSError, ValueError) as error:
-        raise ConfigError(f'{page} cannot be read: {error}') from error
-    _, end, tail = rest.partition(_END)
-    if not end:
-        raise ConfigError(f'{page} must have the lines {_BEGIN.strip()} and {_END} for the table')
-    return f'{head}{begin}{table}{end}{tail}'
 
 
 def _read(path: Path, settings: list[str]) -> Scores:
