@@ -91,19 +91,18 @@ class Filmed(Sequence):
 
     def image(self, number: int) -> Image:
         """Return what becomes of a frame, see :meth:`Sequence.image`."""
-        image, since = super().image(number), number
+        image = super().image(number)
         if self.kind in LATE:
-            since -= sorted(self.frames)[len(self.frames) // 2] - 1
-        if since <= 0 and self.kind in LATE:
-            return image
-        return np.clip(np.round(CAMERAS[self.kind](image, since)), 0, 255).astype(np.uint8)
+            number -= sorted(self.frames)[len(self.frames) // 2] - 1
+            if number <= 0:
+                return image
+        return np.clip(np.round(CAMERAS[self.kind](image, number)), 0, 255).astype(np.uint8)
 
 
 def filmed(sequence: Sequence, kind: str) -> Filmed:
     """Return a sequence as a camera of a kind films it."""
-    return Filmed(
-        **{each.name: getattr(sequence, each.name) for each in fields(sequence)}, kind=kind
-    )
+    known = {each.name: getattr(sequence, each.name) for each in fields(sequence)}
+    return Filmed(**known, kind=kind)
 
 
 def _heat(labels: Image, number: int) -> Image:
