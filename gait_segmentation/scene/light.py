@@ -81,6 +81,9 @@ class Light:
         """Begin with the light of the first frame."""
         self.wave: _Wave | None = None
         self.faded = False
+        self.flickers = True
+        """Whether waves are looked for."""
+
         self._coloured = False
         self._logs = np.zeros(3, np.float32)
         self._known = BackgroundModel((0, 0))
@@ -155,7 +158,7 @@ class Light:
         shade, logs = _log_ratios(bright, bright_now), _log_ratios(mean, now)
         # Against the brightness, as what is not quite in place changes both.
         tints = logs - shade[..., None]
-        self.wave = _wave_in(shade, use)
+        self.wave = _wave_in(shade, use) if self.flickers else None
         if self.wave is not None:
             shade -= _along(self.wave, shape[0])[:, None]
         near = use & (np.abs(shade - median(shade[use])) < _ALIKE)

@@ -317,6 +317,23 @@ class WholeView(View):
             self._since, self._small = WorldMotion(), None
 
 
+@dataclass(frozen=True)
+class SceneOptions:
+    """
+    What is measured of a scene: camera motion, light with its flicker, and colours that fade.
+
+    ``texture`` lets gradient energy stand for the colours that grey images lack, ``contrast``
+    spreads the levels of pictures that use few.
+    """
+
+    camera: bool = True
+    texture: bool = True
+    light: bool = True
+    flicker: bool = True
+    fade: bool = True
+    contrast: bool = True
+
+
 class Scene:
     """
     What is known of the place, whoever is tracked in it.
@@ -335,6 +352,7 @@ class Scene:
         self.moving: NDArray[np.uint8] | None = None
         self.fades = False
         self.stamp_ns = 0
+        self.options = SceneOptions()
         self._light, self._contrast = Light(), Contrast()
 
     def gap_s(self, stamp_ns: int) -> float:
@@ -342,23 +360,16 @@ class Scene:
         return (stamp_ns - self.stamp_ns) / 1e9 if self.stamp_ns else 0.0
 
     def advance(
-        self,
-        image: NDArray[np.uint8],
-        stamp_ns: int,
-        *,
-        camera: bool = True,
-        texture: bool = True,
-        heat: HeatMap | None = None,
+        self, image: NDArray[np.uint8], stamp_ns: int, *, heat: HeatMap | None = None
     ) -> None:
         """
         Take in a frame.
 
         :param image: (H, W, 3) uint8 BGR; it is read again when a view is added.
-        :param camera: whether to measure the motion of the camera.
-        :param texture: whether gradient energy stands for the colours that grey images lack.
         :param heat: P(person) from elsewhere, of this frame or one before.
         """
-        self._frame = image, stamp_ns, texture, heat
+        self._frame, camera = (image, stamp_ns, heat), self.options.camera
+        self._light.flickers = self.options.flicker
         self.stamp_ns, self.fades = stamp_ns, False
         if not self.views:
             return
@@ -376,7 +387,7 @@ class Scene:
                 view.points.update(images[view.shape].pyramid, None, camera=False)
             down, across = (a / b for a, b in zip(view.shape, leader.shape, strict=True))
             steps.append(motion if view is leader else motion.scaled(across, down))
-        self.fades = newest.faded and not faded
+        self.fades = self.options.fade and newest.faded and not faded
         if self.fades:
             for view in self.views:
                 view.background.fade(newest.textured)
@@ -401,7 +412,7 @@ class Scene:
 
     def add(self, view: View) -> None:
         """Take in a view, and show it the newest frame."""
-        first, heat = not self.views, self._frame[3]
+        first, heat = not self.views, self._frame[2]
         image = self._image(view.shape, measure=first)
         view.points.update(image.pyramid, None, camera=False)
         if first and not image.pyramid.is_blank:
@@ -423,9 +434,12 @@ class Scene:
 
     def _image(self, shape: tuple[int, int], *, measure: bool = False) -> WorkingImage:
         """Return the newest frame at a size, in whose light it is that of the first."""
-        image, stamp_ns, texture, _ = self._frame
+        image, stamp_ns, _ = self._frame
+        light = self._light if self.options.light else None
+        contrast = self._contrast if self.options.contrast else None
+        texture = self.options.texture
         return WorkingImage.of(
-            image, stamp_ns, shape, self._light, self._contrast, texture=texture, measure=measure
+            image, stamp_ns, shape, light, contrast, texture=texture, measure=measure
         )
 
 

@@ -61,7 +61,9 @@ def observe(view: View, tracks: Sequence[Track]) -> Likelihoods:
     _notice_jolt(view, tracks)
     judged = [(track, track.claim()) for track in tracks]
     present = [(track, claim) for track, claim in judged if claim is not None]
-    logits = associate([claim for _, claim in present])
+    logits = [claim.logit for _, claim in present]
+    if all(track.config.use_competition for track in tracks):
+        logits = associate([claim for _, claim in present])
     for track, nothing in judged:
         if nothing is None and track.state == TRACKED:
             track.lose()

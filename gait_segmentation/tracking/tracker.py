@@ -18,7 +18,7 @@ from gait_segmentation.geometry import Box, check_body, check_start_box
 from gait_segmentation.heat_maps import HeatMap, HeatMaps
 from gait_segmentation.images import check_image, shrink
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
-from gait_segmentation.scene.scene import Scene, View, WholeView
+from gait_segmentation.scene.scene import Scene, SceneOptions, View, WholeView
 from gait_segmentation.scene.working import working_scale, working_shape
 from gait_segmentation.stamps import check_later, check_stamp
 from gait_segmentation.starting import StartingConfig, WalkerFinder
@@ -260,13 +260,16 @@ class PeopleTracker:
             silhouettes |= group.visible_silhouettes(tracks)
             view.areas = [track.pose.area for track in tracks]
             view.everywhere = any(track.state == LOST for track in tracks)
-        scene.advance(
-            image,
-            self._stamp_ns,
-            camera=self._config.use_ego_motion,
-            texture=self._config.use_texture,
-            heat=self._heat_map,
+        config = self._config
+        scene.options = SceneOptions(
+            config.use_ego_motion,
+            config.use_texture,
+            config.use_light,
+            config.use_flicker,
+            config.use_fade,
+            config.use_contrast,
         )
+        scene.advance(image, self._stamp_ns, heat=self._heat_map)
         for track in self.tracks():
             if scene.fades:
                 track.fade(NO_GRADIENT if track.view.now.image.textured else NO_CHROMA)

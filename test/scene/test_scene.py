@@ -1,11 +1,20 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.scene.scene import Frame, Scene, View, moving_pixels, windows_about
+from gait_segmentation.scene.scene import (
+    Frame,
+    Scene,
+    SceneOptions,
+    View,
+    moving_pixels,
+    windows_about,
+)
 from gait_segmentation.scene.world_motion import WorldMotion
 from test.tracking.figures import wall
 
@@ -23,7 +32,8 @@ class Place:
     def show(self, image: np.ndarray, *, camera: bool = True, texture: bool = True) -> Frame:
         """Take in a frame."""
         self.stamp_ns += 10**7
-        self.scene.advance(image, self.stamp_ns, camera=camera, texture=texture)
+        self.scene.options = SceneOptions(camera, texture)
+        self.scene.advance(image, self.stamp_ns)
         if not self.scene.views:
             self.scene.add(self.view)
         return self.view.now
@@ -97,6 +107,19 @@ def test_what_a_person_uncovers_is_learnt_at_once() -> None:
     # Two frames before the person came and two since; one counts as motion all the same, where
     # the person's border was.
     assert made.view.background.count[70:130, 90:98].min() == pytest.approx(3, abs=0.1)
+
+
+def test_levels_stay_as_they_are_if_that_is_asked_for() -> None:
+    off = SceneOptions(light=False, contrast=False)
+    for options in (off, replace(off, light=True), replace(off, contrast=True)):
+        made = Scene(SOURCE)
+        made.options = options
+        for number in (1, 2):
+            image = cv2.convertScaleAbs(wall(), alpha=0.5 / number)
+            made.advance(image, number)
+            if number == 1:
+                made.add(View(SOURCE, 1.0))
+        assert np.array_equal(made.views[0].now.image.bgr, image) == (options is off)
 
 
 @pytest.mark.parametrize('texture', [False, True])

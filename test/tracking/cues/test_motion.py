@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gait_segmentation.scene.scene import Scene, View
+from gait_segmentation.scene.scene import Scene, SceneOptions, View
 from gait_segmentation.tracking import TrackingConfig
 from gait_segmentation.tracking.cues import CueInput
 from gait_segmentation.tracking.cues.motion import MotionCue
@@ -35,7 +35,8 @@ class Walk:
             shape = image[TOP : TOP + 60, extra].shape
             image[TOP : TOP + 60, extra] = RNG.integers(0, 255, shape)
         self.frames += 1
-        self.scene.advance(image, self.frames * STEP_NS, camera=False)
+        self.scene.options = SceneOptions(camera=False)
+        self.scene.advance(image, self.frames * STEP_NS)
         if not self.scene.views:
             self.scene.add(self.view)
         self.states.append(State(self.view.now, (float(self.left), 0.0)))
