@@ -149,18 +149,17 @@ class FusionTrack(Track):
                 pose.follow_scale(shift.scale)
         self.show(values, visibility, claim)
 
-    def lose(self) -> None:
-        """Give the person up for lost."""
-        super().lose()
-        self.template = None
+    def enter(self, state: str, reason: str) -> None:
+        """Go over to a state; of who is lost no template is known."""
+        super().enter(state, reason)
+        if state == LOST:
+            self.template = None
 
-    def reacquire(
-        self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim
-    ) -> None:
-        """Track somebody lost again, where the expected mask is."""
+    def find(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:
+        """Take in that somebody lost is seen where the expected mask is, and follow that."""
         expected = placed(claim.mask, claim.window, self.view.shape)
         self.mask = self.visible = Silhouette(expected, self.displacement)
-        super().reacquire(values, visibility, claim)
+        super().find(values, visibility, claim)
 
     def looks_alike(self, mask: NDArray[np.uint8]) -> bool:
         """Return whether the colours in a mask are those of the person."""

@@ -64,9 +64,6 @@ def observe(view: View, tracks: Sequence[Track]) -> Likelihoods:
     logits = [claim.logit for _, claim in present]
     if all(track.config.use_competition for track in tracks):
         logits = associate([claim for _, claim in present])
-    for track, nothing in judged:
-        if nothing is None and track.state == TRACKED:
-            track.lose()
     masks: list[Place] = []
     for (track, claim), logit in zip(present, logits, strict=True):
         likelihoods[track.track_id] = likelihood_image(logit, claim.window, view.shape)
@@ -83,7 +80,7 @@ def observe(view: View, tracks: Sequence[Track]) -> Likelihoods:
                 _take(taken, track, likelihoods[track.track_id])
         claims = {track.track_id: claim for track, claim in present}
         for track in lost:
-            number = track.track_id
+            track.found, number = False, track.track_id
             found = reacquire(track, claims.get(number), likelihoods.get(number), taken)
             if found is not None:
                 likelihoods[number] = found

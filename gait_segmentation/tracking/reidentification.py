@@ -43,8 +43,8 @@ def reacquire(
     :param claim: what was judged where the person is expected, None if nothing was.
     :param likelihood: (h, w) uint8 of that after competing with others, None likewise.
     :param taken: (h, w) uint8, non-zero where others are.
-    :returns: the likelihood, (h, w) uint8, if the person was found; the state is then tracked.
-        Else None, and the person is where expected; only the confidence tells what was seen.
+    :returns: the likelihood, (h, w) uint8, if the person was found.  Else None, and the person is
+        where expected; only the confidence tells what was seen.
     """
     if claim is not None and likelihood is not None and _shows(track, claim, likelihood, taken):
         return likelihood
@@ -90,7 +90,7 @@ def _shows(
     likely[window] = np.where(values > 127, visibility.unoccluded, 0)
     if not track.looks_alike(likely):
         return False
-    track.reacquire(values, visibility, claim)
+    track.find(values, visibility, claim)
     return True
 
 

@@ -13,17 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import REACH, Box
-from gait_segmentation.images import Window
+from gait_segmentation.images import Window, size_of
 from gait_segmentation.results import LOST, TRACKED, FeatureWeight, Feedback, TrackResult
 from gait_segmentation.scene.scene import MOST_KEPT, Frame, Shift, View
 from gait_segmentation.starting import Start
 from gait_segmentation.tracking.association import PixelClaim
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.life_cycle import Probation
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.visibility import ALONE, LEAST_SEEN, Visibility, visible_box
-
-_LOST_FRAMES = 2
-"""Frames in a row in which too little is seen after which a person is lost."""
 
 _COAST_S, _STOP_S, _MOST_LOST_S = 1.0, 0.5, 1.0
 """
@@ -54,8 +52,10 @@ class Track(ABC):
     One tracked person in a view of the scene.
 
     ``pose`` is that in the newest frame, and ``states`` has one entry for each frame that is
-    kept.  ``seen`` is the share of the person seen last, ``lost_s`` the seconds since somebody
-    lost was seen.
+    kept.  ``state`` is tracked or lost, with the ``reason``, as :func:`.next_state` says, and
+    ``probation`` that of a candidate.  ``seen`` is the share of the person seen last, too little
+    for ``unseen_frames``, ``lost_s`` the seconds since somebody lost was seen, and ``found``
+    whether they are in the newest frame.
     """
 
     features: tuple[FeatureWeight, ...] = ()
@@ -64,10 +64,11 @@ class Track(ABC):
     def __init__(self, track_id: int, view: View, pose: Pose, config: TrackingConfig) -> None:
         """Begin in the newest frame of a view."""
         self.track_id, self.view, self.config, self.pose = track_id, view, config, pose
-        self.state, self.confidence = TRACKED, 0.0
+        self.state, self.reason, self.confidence = TRACKED, '', 0.0
+        self.probation: Probation | None = None
         self.states = deque([State(view.now, (0.0, 0.0))], maxlen=MOST_KEPT)
         self.seen, self.unoccluded = 1.0, True
-        self.lost_s, self._unseen_frames = 0.0, 0
+        self.lost_s, self.unseen_frames, self.found = 0.0, 0, False
         self._box: Box | None = None
 
     @property
@@ -90,6 +91,11 @@ class Track(ABC):
         """Return whether the box about the body is all inside of the image."""
         box, (height, width) = self.body, self.view.source
         return box.x > 0 and box.y > 0 and box.right < width and box.bottom < height
+
+    @property
+    def is_outside(self) -> bool:
+        """Return whether nothing of what is about the person is in the image."""
+        return not all(size_of(self.window))
 
     @property
     def window(self) -> Window:
@@ -201,41 +207,31 @@ class Track(ABC):
 
     def miss(self) -> None:
         """Take in that nothing can be seen in the newest frame."""
-        self.confidence = 0.0
+        self.confidence, self.found = 0.0, False
         if self.state == TRACKED:
             self._is_seen(0.0)
 
     def _is_seen(self, seen: float, *, inside: bool = True) -> bool:
-        """Take in which share of the person was seen; who is not for some frames is lost."""
+        """Take in which share of the person was seen; return whether that is enough."""
         self.seen = seen
-        if seen >= LEAST_SEEN and inside:
-            self._unseen_frames = 0
-            return True
-        self._unseen_frames += 1
-        if self._unseen_frames >= _LOST_FRAMES:
-            self.lose()
-        return False
+        enough = seen >= LEAST_SEEN and inside
+        self.unseen_frames = 0 if enough else self.unseen_frames + 1
+        return enough
 
-    def interrupt(self) -> None:
-        """Take it that a gap follows in which the person may have done anything."""
-        if self.state == TRACKED:
-            self.lose()
-        self.pose.stand()
+    def enter(self, state: str, reason: str) -> None:
+        """Go over to a state; see :func:`.next_state`."""
+        if state == LOST and self.state != LOST:
+            self._box, self.lost_s, self.found = None, 0.0, False
+        self.state, self.reason = state, reason
+        self.unseen_frames = self.unseen_frames if state == TRACKED else 0
 
-    def lose(self) -> None:
-        """Give the person up for lost."""
-        self.state, self._box = LOST, None
-        self.lost_s, self._unseen_frames = 0.0, 0
-
-    def reacquire(
-        self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim
-    ) -> None:
+    def find(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:
         """
-        Track somebody lost again, where the expected mask is.
+        Take in that somebody lost is seen where the expected mask is.
 
         :param values: (h, w) uint8 likelihood of the window of the claim.
         """
-        self.state, self.seen = TRACKED, visibility.seen
+        self.found, self.seen = True, visibility.seen
         self.show(values, visibility, claim)
 
     def show(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:

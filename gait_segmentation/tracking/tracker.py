@@ -27,13 +27,10 @@ from gait_segmentation.tracking import group
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.fusion import FusionTrack
 from gait_segmentation.tracking.initialization import Beginning, estimate_first, slot_for_found
+from gait_segmentation.tracking.life_cycle import ENDED, GAP_S, Probation, next_state
 from gait_segmentation.tracking.mean_shift import MeanShiftTrack
 from gait_segmentation.tracking.pose import WIDEST
 from gait_segmentation.tracking.track import Track
-from gait_segmentation.tracking.trial import Trial
-
-_GAP_S = 0.5
-"""Time between two frames from which on nobody is followed from one to the other."""
 
 _SMALLEST, _LARGEST = 0.7, 2.0
 """Heights, over the working height, of the people who share a view."""
@@ -80,7 +77,6 @@ class PeopleTracker:
 
     def _forget(self) -> None:
         self._slots = [None] * len(self._slots)
-        self._trials: dict[int, Trial] = {}
         self._scene: Scene | None = None
         self._heat_map: HeatMap | None = None
         self._stamp_ns = 0
@@ -216,7 +212,7 @@ class PeopleTracker:
         stamps = {each.stamp_ns for each in feedback}
         if len(stamps) > 1:
             raise InputError(f'feedback must be for one frame, got the stamps {sorted(stamps)}')
-        known = {track.track_id for track in self.tracks()}
+        known = {track.track_id: track for track in self.tracks()}
         by_track = {each.track_id: each for each in feedback if each.track_id in known}
         source = None if self._scene is None else self._scene.source
         for each in by_track.values():
@@ -227,10 +223,10 @@ class PeopleTracker:
                 )
             if each.body is not None:
                 check_body(each.body, (each.mask.shape[1], each.mask.shape[0]))
-            if each.track_id in self._trials:
-                shape = each.shape_prior.shape
-                small = shrink(each.mask, shape)
-                self._trials[each.track_id].learn(each.stamp_ns, small, each.shape_prior)
+            probation = known[each.track_id].probation
+            if probation is not None:
+                small = shrink(each.mask, each.shape_prior.shape)
+                probation.learn(each.stamp_ns, small, each.shape_prior)
         for view in self._views() if by_track else ():
             group.correct(view, self.tracks(view), feedback[0].stamp_ns, by_track, self._config)
 
@@ -251,9 +247,11 @@ class PeopleTracker:
         After a gap they are lost, to be looked for from where they were: nothing tells how they
         went.
         """
-        if scene.gap_s(self._stamp_ns) > _GAP_S:
+        gap_s = scene.gap_s(self._stamp_ns)
+        if gap_s > GAP_S:
+            self._update_states(gap_s)
             for track in self.tracks():
-                track.interrupt()
+                track.pose.stand()
         silhouettes: dict[int, NDArray[np.uint8]] = {}
         for view in self._views():
             tracks = self.tracks(view)
@@ -294,13 +292,13 @@ class PeopleTracker:
         """
         Remember what the place looks like; return who is found for free slots, see :meth:`_find`.
 
-        Who was found by the walk is on trial at first, and looked at by the search until then.
+        Candidates are looked at by the search until they are confirmed.
 
         :param at_first: whether boxes were given before there was anything to remember.
         """
-        self._end_trials()
         free = any(track is None or track.state == LOST for track in self._slots)
-        occupied_all = not (free or self._trials) and len(self._slots) == 1
+        candidates = [track for track in self.tracks() if track.probation is not None]
+        occupied_all = not (free or candidates) and len(self._slots) == 1
         if at_first or occupied_all or (self._given and any(self._slots)):
             self._finder.reset()
             return []
@@ -308,8 +306,8 @@ class PeopleTracker:
         tried: list[Box] = []
         for track in self.tracks():
             if track.state == TRACKED:
-                (tried if track.track_id in self._trials else occupied).append(track.body)
-        wanted = bool(free or self._trials) and not self._given
+                (tried if track in candidates else occupied).append(track.body)
+        wanted = bool(free or candidates) and not self._given
         heat = self._heat_map
         heat = heat if free and heat is not None and heat.stamp_ns == self._stamp_ns else None
         found = self._find(scene, occupied, tried, heat, wanted=wanted)
@@ -328,7 +326,7 @@ class PeopleTracker:
         Return the boxes of people newly found, and whether by the walk or in a heat map.
 
         :param occupied: boxes of people known already, in source pixels.
-        :param tried: those of people found by their walk who are still on trial.
+        :param tried: those of people found by their walk who are still candidates.
         :param heat: where people are as others see it, if of this frame.
         :param wanted: whether there is a slot for anybody; if not, what moves is followed only.
         """
@@ -351,21 +349,22 @@ class PeopleTracker:
         shown = self._map_finder.update(heat, scene.source, known, least)
         return [*found, *((box, False) for box in shown)]
 
-    def _end_trials(self) -> None:
-        """Free the slots of those who were found and proved to be nobody."""
-        trials, self._trials = self._trials, {}
+    def _update_states(self, gap_s: float = 0.0) -> None:
+        """Let every track go over to its next state, and free the slots of those that end."""
         for slot, track in enumerate(self._slots):
-            trial = None if track is None else trials.get(track.track_id)
-            if track is None or trial is None:
+            if track is None:
                 continue
-            if track.state == TRACKED:
-                trial.see(self._finder.evidence(track.body))
-            vanished = track.state == LOST and track.is_inside
-            if trial.is_failed(self._stamp_ns, vanished=vanished):
-                self._slots[slot] = None
+            if track.probation is not None and track.state == TRACKED:
+                track.probation.see(self._finder.evidence(track.body))
+            state, reason = next_state(track, self._stamp_ns, gap_s=gap_s)
+            if state != ENDED:
+                track.enter(state, reason)
+                if track.probation is not None and track.probation.is_over(self._stamp_ns):
+                    track.probation = None
+                continue
+            self._slots[slot] = None
+            if track.probation is not None:
                 self._finder.reject(track.body)
-            elif not trial.is_over(self._stamp_ns):
-                self._trials[track.track_id] = trial
         self._drop_unused()
 
     def _start_found(self, box: Box, *, by_walk: bool) -> None:
@@ -377,7 +376,7 @@ class PeopleTracker:
             slot, track_id = place
             track = self._slots[slot] = self._new_track(view, beginning, track_id)
             if track_id is None and by_walk:
-                self._trials[track.track_id] = Trial(self._stamp_ns)
+                track.probation = Probation(self._stamp_ns)
         self._drop_unused()
 
     def _start(self, slot: int, box: Box) -> None:
@@ -432,8 +431,9 @@ class PeopleTracker:
         likelihoods: dict[int, NDArray[np.uint8]] = {}
         for view in self._views():
             likelihoods |= group.observe(view, self.tracks(view))
+        self._update_states()
         results = []
-        for slot, track in enumerate(self._slots):
+        for track in self._slots:
             if track is None:
                 results.append(self.nobody(self._stamp_ns, scene.source))
                 continue
@@ -441,9 +441,6 @@ class PeopleTracker:
             if likelihood is None or track.state == LOST:
                 likelihood = np.zeros(track.view.shape, np.uint8)
             results.append(track.result(likelihood))
-            if track.state == LOST and track.lost_s > self._config.patience:
-                self._slots[slot] = None
-        self._drop_unused()
         return results
 
     def nobody(self, stamp_ns: int, source: tuple[int, int]) -> TrackResult:

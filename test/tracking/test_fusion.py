@@ -100,7 +100,7 @@ def test_a_mask_of_who_was_lost_meanwhile_teaches_nothing() -> None:
     told.tracker.update(picture([Figure(60)])[0], told.stamp_ns)
     (track,) = told.tracker.tracks()
     mask = Figure(60).mask()
-    track.lose()
+    track.enter('lost', 'as the test says')
     feedback = Feedback(told.stamp_ns, track.track_id, mask, None, mask)
     assert track.correct(track.states[-1], feedback, alone=True) is None
     assert track.template is None

@@ -18,7 +18,7 @@ from gait_segmentation.scene.scene import Scene, View
 from gait_segmentation.starting.map_finder import MapFinder
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.initialization import estimate_first, slot_for_found
-from gait_segmentation.tracking.trial import Trial
+from gait_segmentation.tracking.life_cycle import Probation
 from test.tracking.figures import GREEN, RED, STEP_NS, Figure, Told, ids, picture, step, walk
 from test.walkers import small_bank
 
@@ -287,12 +287,12 @@ def bar(share: float) -> np.ndarray:
 def test_masks_must_fit_their_templates_the_less_the_more_evidence_there_is(
     fits: list[float], evidence: float, passed: bool
 ) -> None:
-    trial = Trial(10**9)
+    probation = Probation(10**9)
     for share in fits:
-        trial.learn(10**9, bar(share), bar(1.0))
-    trial.see(evidence)
-    trial.see(0.0)
-    assert trial.is_failed(2 * 10**9, vanished=False) != passed
+        probation.learn(10**9, bar(share), bar(1.0))
+    probation.see(evidence)
+    probation.see(0.0)
+    assert probation.is_passed(2 * 10**9) == passed
 
 
 def leg(forward: int) -> np.ndarray:
@@ -316,20 +316,19 @@ def leg(forward: int) -> np.ndarray:
 def test_who_walks_changes_shape_and_stays_a_body(
     masks: list[np.ndarray], later_s: float, passed: bool
 ) -> None:
-    trial = Trial(10**9)
+    probation = Probation(10**9)
     for number, mask in enumerate(masks):
-        trial.learn(10**9 + round(number * later_s * 1e9), mask, mask)
-    assert trial.is_failed(2 * 10**9, vanished=False) != passed
+        probation.learn(10**9 + round(number * later_s * 1e9), mask, mask)
+    assert probation.is_passed(2 * 10**9) == passed
 
 
-def test_masks_tell_after_a_second_and_nobody_vanishes_in_three() -> None:
-    trial = Trial(10**9)
-    trial.learn(10**9, bar(0.3), bar(1.0))
-    assert not trial.is_failed(2 * 10**9 - 1, vanished=False)
-    assert trial.is_failed(2 * 10**9 - 1, vanished=True)
-    assert trial.is_failed(2 * 10**9, vanished=False)
-    assert not trial.is_over(4 * 10**9 - 1)
-    assert trial.is_over(4 * 10**9)
+def test_masks_tell_after_a_second_and_it_is_over_after_three() -> None:
+    probation = Probation(10**9)
+    probation.learn(10**9, bar(0.3), bar(1.0))
+    assert probation.is_passed(2 * 10**9 - 1)
+    assert not probation.is_passed(2 * 10**9)
+    assert not probation.is_over(4 * 10**9 - 1)
+    assert probation.is_over(4 * 10**9)
 
 
 def test_who_is_found_in_a_map_has_the_mask_that_it_shows() -> None:

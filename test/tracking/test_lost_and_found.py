@@ -147,7 +147,7 @@ def test_who_is_lost_is_sought_all_over_but_not_among_others(away: float, taken:
     path = walk(Figure(60), 12)
     told.follow(path)
     (track,) = told.tracker.tracks()
-    track.lose()
+    track.enter('lost', 'as the test says')
     track.lost_s = 0.2
     scale = track.view.scale
     track.shift(away * scale, 0.0)
