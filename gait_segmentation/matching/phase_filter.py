@@ -101,52 +101,49 @@ class PhaseFilter:
         """Forget all frames."""
         self._steps.clear()
 
-    def likely(self, seconds: float, moved: int = 0) -> NDArray[np.bool_]:
+    def predict(self, seconds: float, moved: int = 0) -> NDArray[np.bool_]:
         """
-        Tell which views and placements are worth to be looked at in the next frame.
+        Go on to the next frame, and tell which views and placements are worth to be looked at.
 
-        :param seconds: its time, later than the last frame's.
-        :param moved: see :meth:`update`.
-        :returns: (*cells) bool.
-        """
-        if not self._steps:
-            return self._cells > 0
-        last = self._steps[-1]
-        share = last.belief.sum(axis=(-2, -1))
-        share = self._diffused(_moved(share, moved, share.ndim), seconds - last.seconds)
-        return np.asarray(share > _UNLIKELY * share.sum())
-
-    def update(self, evidence: NDArray[np.float64], seconds: float, moved: int = 0) -> None:
-        """
-        Take in a frame.
-
-        :param evidence: (*cells, P) float64, how well each phase fits, up to a constant, -inf
-            where that is not known: see ``FineEvidence``.
         :param seconds: its time, later than the last frame's.
         :param moved: by how many views the first axis of the cells goes on since the last frame,
             because the person turns.
+        :returns: (*cells) bool.
+        """
+        if not self._steps:
+            self._next = seconds, 0.0, moved
+            return self._cells > 0
+        last = self._steps[-1]
+        passed = seconds - last.seconds
+        self._next = seconds, passed, moved
+        self._before = self._diffused(_moved(last.belief, moved, self._cells.ndim), passed)
+        share = self._before.sum(axis=(-2, -1))
+        return np.asarray(share > _UNLIKELY * share.sum())
+
+    def update(self, evidence: NDArray[np.float64]) -> None:
+        """
+        Take in the frame that was predicted.
+
+        :param evidence: (*cells, P) float64, how well each phase fits, up to a constant, -inf
+            where that is not known: see ``FineEvidence``.
         """
         evidence = evidence.reshape(*self._cells.shape, -1)
         likelihood = np.exp((evidence - evidence.max()) / _NOISE)
         # No phase of a view that was looked at is ruled out by one frame; where nobody looked,
         # nothing is left.
         likelihood = np.where(np.isfinite(evidence), np.maximum(likelihood, _FLOOR), 0.0)
-        passed = 0.0
         if self._steps:
-            last = self._steps[-1]
-            passed = seconds - last.seconds
-            turn, exchange, kept = self._transition(passed)
-            before = self._diffused(_moved(last.belief, moved, self._cells.ndim), passed)
-            belief = np.zeros(before.shape)
+            turn, exchange, kept = self._transition(self._next[1])
+            belief = np.zeros(self._before.shape)
             looked = likelihood.any(axis=-1)
-            carried = _turned(_exchanged(before[looked], exchange, 1, 1), turn)
+            carried = _turned(_exchanged(self._before[looked], exchange, 1, 1), turn)
             anew = (1 - kept) * carried.sum(axis=(1, 2), keepdims=True)
             carried = kept * carried + anew * self._prior
             belief[looked] = carried * likelihood[looked][:, None]
         else:
             belief = self._cells[..., None, None] * self._prior * likelihood[..., None, :]
         belief /= belief.sum()
-        self._steps.append(_Step(seconds, passed, moved, likelihood, belief))
+        self._steps.append(_Step(*self._next, likelihood, belief))
 
     @property
     def rate(self) -> float:
