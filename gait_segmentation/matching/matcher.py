@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank, quantize
 from gait_segmentation.geometry import Box, Placement, check_matched_box
-from gait_segmentation.images import same_proportions
+from gait_segmentation.images import Window, same_proportions
 from gait_segmentation.matching.common_areas import (
     UNIT,
     CommonAreas,
@@ -304,6 +304,7 @@ class SequenceMatcher:
         body, template = placement.body(frame.box, frame.angle), bank.templates[sequence, phase]
         height, width = frame.shape
         grid = self._placements
+        part = grid.windows.part(row, column)
         return MatchResult(
             stamp_ns=frame.stamp_ns,
             track_id=self._track_id,
@@ -314,7 +315,7 @@ class SequenceMatcher:
             phase=self._near_leg.update(share, azimuth, frame.seconds),
             phase_rate=rate,
             azimuth=azimuth,
-            similarity=self._similarity(frame.sampled, state),
+            similarity=self._similarity(frame.sampled, state, part),
             confidence=sure if found else 0.0,
             shape_prior=warp_template(
                 template, body.scaled(frame.scale), bank.fill, (height, width)
@@ -322,20 +323,19 @@ class SequenceMatcher:
             box=refined_box(
                 image,
                 template,
-                grid.windows.part(row, column),
+                part,
                 grid.body,
                 grid.transform(frame.box, scale, frame.angle),
             ),
         )
 
-    def _similarity(self, sampled: Sampled, state: State) -> float:
+    def _similarity(self, sampled: Sampled, state: State, part: Window) -> float:
         """Return the similarity of one template at one placement over the known pixels."""
-        sequence, phase, scale, row, column = state
-        part = (scale, *self._placements.windows.part(row, column))
+        sequence, phase, scale, *_ = state
         template = self._templates[sequence, phase]
         if sampled.known is not None:
-            template = np.minimum(template, sampled.known[part])
-        values = sampled.images[part]
+            template = np.minimum(template, sampled.known[scale][part])
+        values = sampled.images[scale][part]
         common = int(np.minimum(template, values).sum(dtype=np.int64))
         union = int(values.sum(dtype=np.int64)) + int(template.sum(dtype=np.int64)) - common
         return common / union if union else 0.0
