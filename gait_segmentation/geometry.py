@@ -127,16 +127,16 @@ class Box:
             return None
         return Box(left, top, right - left, bottom - top)
 
-    def slices(self, width: int, height: int) -> tuple[slice, slice]:
+    def slices(self, width: int, height: int, margin: float = 0.0) -> tuple[slice, slice]:
         """
         Return the (row, column) slices of the pixels touched in an image of the given size.
 
-        The slices are empty if the box lies outside.
+        The slices are empty if the box, grown by the margin on all sides, lies outside.
         """
-        left = min(max(math.floor(self.x), 0), width)
-        top = min(max(math.floor(self.y), 0), height)
-        right = min(max(math.ceil(self.right), left), width)
-        bottom = min(max(math.ceil(self.bottom), top), height)
+        left = min(max(math.floor(self.x - margin), 0), width)
+        top = min(max(math.floor(self.y - margin), 0), height)
+        right = min(max(math.ceil(self.right + margin), left), width)
+        bottom = min(max(math.ceil(self.bottom + margin), top), height)
         return slice(top, bottom), slice(left, right)
 
     def iou(self, other: Box) -> float:

@@ -206,10 +206,15 @@ class EventKernel(CommonAreas):
         out: NDArray[np.int32],
     ) -> NDArray[np.int32]:
         """Gather the windows block by block, and run the program on each."""
-        program = self.program
-        planes = _polyphase(images, self._grid)
-        first = searched.first[1] * _plane_shape(self._grid)[1] + searched.first[2]
-        plane = planes.reshape(-1)[first:]
+        program, step, shape = self.program, self._grid.step, _plane_shape(self._grid)
+        # For each image step x step planes, one after the other: the pixels by their remainders
+        # modulo the step, so that windows are contiguous.
+        planes = np.zeros((len(images), step * step, *shape), np.uint8)
+        for y in range(step):
+            for x in range(step):
+                part = images[:, y::step, x::step]
+                planes[:, y * step + x, : part.shape[1], : part.shape[2]] = part
+        plane = planes.reshape(-1)[searched.first[1] * shape[1] + searched.first[2] :]
         changes = program.source, program.lo, program.span, program.groups
         steps = program.bounds, program.target, program.base
         for block, (places, offsets) in enumerate(_runs(self._grid, searched.shape)):
@@ -264,22 +269,6 @@ def _runs(
             window += min(_WORD, columns - column)
         blocks.append((np.array(places, np.int64), np.array(offsets, np.int64)))
     return blocks
-
-
-def _polyphase(images: NDArray[np.uint8], grid: WindowGrid) -> NDArray[np.uint8]:
-    """
-    Sort the pixels by their remainders modulo the step, so that windows are contiguous.
-
-    :param images: (S, height, width) uint8.
-    :returns: (S, size) uint8, for each image step x step planes one after the other.
-    """
-    step = grid.step
-    planes = np.zeros((len(images), step * step, *_plane_shape(grid)), np.uint8)
-    for y in range(step):
-        for x in range(step):
-            part = images[:, y::step, x::step]
-            planes[:, y * step + x, : part.shape[1], : part.shape[2]] = part
-    return planes.reshape(len(images), -1)
 
 
 def _words(data: NDArray[np.uint8]) -> NDArray[np.uint64]:

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank, quantize
-from gait_segmentation.geometry import Box, Placement, check_matched_box
-from gait_segmentation.images import Window, same_proportions
+from gait_segmentation.geometry import Box, Placement, check_matched_box, template_to_image
+from gait_segmentation.images import same_proportions
 from gait_segmentation.matching.common_areas import (
     UNIT,
     CommonAreas,
@@ -204,33 +204,10 @@ class SequenceMatcher:
         self._stamp_ns, self._track_id = stamp_ns, track_id
         if box is None:
             return [*results, MatchResult.nobody(stamp_ns, track_id, likelihood.shape)]
-        self._take_in(likelihood, known, box, scale, angle)
-        if len(self._waiting) > self.config.lag:
-            results.append(self._emit(self._path.follow()))
-        return results
-
-    def flush(self) -> list[MatchResult]:
-        """Return the results that the lag still holds back, and let the path begin anew."""
-        results = []
-        if self._waiting:
-            states = self._path.follow()
-            results = [self._emit(states) for _ in range(len(self._waiting))]
-        self._begin()
-        return results
-
-    def _take_in(
-        self,
-        likelihood: NDArray[np.uint8],
-        known: NDArray[np.uint8] | None,
-        box: Box,
-        scale: float,
-        angle: float,
-    ) -> None:
-        """Match a frame and take it into the path and the phase."""
         grid, begins = self._placements, not self._path.frames
         if begins:
-            self._origin_ns = self._stamp_ns
-        seconds = (self._stamp_ns - self._origin_ns) / 1e9
+            self._origin_ns = stamp_ns
+        seconds = (stamp_ns - self._origin_ns) / 1e9
         small = box.scaled(scale)
         searched = grid.everywhere if begins else self._about_path()
         sampled = grid.sample(
@@ -244,7 +221,7 @@ class SequenceMatcher:
             similarity = self._similarities.update(sampled, searched)
         self._searched = searched
         self._path.step(similarity, seconds, searched)
-        frame = _Waiting(self._stamp_ns, seconds, box, angle, scale, likelihood.shape, sampled)
+        frame = _Waiting(stamp_ns, seconds, box, angle, scale, likelihood.shape, sampled)
         self._waiting.append(frame)
         leader = self._path.leader
         self._place = leader[2:]
@@ -252,6 +229,18 @@ class SequenceMatcher:
         view = self._bank.builds[leader[0]], azimuth
         body = placement.body(small, angle)
         self._phase.update(likelihood, known, body, view, leader[1], seconds)
+        if len(self._waiting) > self.config.lag:
+            results.append(self._emit(self._path.follow()))
+        return results
+
+    def flush(self) -> list[MatchResult]:
+        """Return the results that the lag still holds back, and let the path begin anew."""
+        results = []
+        if self._waiting:
+            states = self._path.follow()
+            results = [self._emit(states) for _ in range(len(self._waiting))]
+        self._begin()
+        return results
 
     def _about_path(self) -> SearchRange:
         """
@@ -292,10 +281,10 @@ class SequenceMatcher:
         frame = self._waiting.popleft()
         sequence, phase, scale, row, column = states[-1 - back].tolist()
         state = sequence, phase, scale, row, column
-        image, bank, rate = frame.sampled.images[scale], self._bank, self._phase.clock.rate
+        images, known = frame.sampled.images, frame.sampled.known
+        bank, grid, rate = self._bank, self._placements, self._phase.clock.rate
         found_at = self._between(state, back, frame.angle) if back else self._newest
         placement, azimuth, expected = found_at
-        images = frame.sampled.images
         found = cv2.countNonZero(images.reshape(-1, images.shape[2])) > 0
         if not found:
             placement = Placement(0.0, 0.0, 1.0)
@@ -303,8 +292,14 @@ class SequenceMatcher:
         share, sure = phase_near(belief, self._near_leg.expected(frame.seconds, rate, expected))
         body, template = placement.body(frame.box, frame.angle), bank.templates[sequence, phase]
         height, width = frame.shape
-        grid = self._placements
         part = grid.windows.part(row, column)
+        # Over the known pixels.
+        values, compared = images[scale][part], self._templates[sequence, phase]
+        if known is not None:
+            compared = np.minimum(compared, known[scale][part])
+        common = int(np.minimum(compared, values).sum(dtype=np.int64))
+        union = int(values.sum(dtype=np.int64)) + int(compared.sum(dtype=np.int64)) - common
+        searched = Placement(0.0, 0.0, float(grid.scales[scale])).body(frame.box, frame.angle)
         return MatchResult(
             stamp_ns=frame.stamp_ns,
             track_id=self._track_id,
@@ -315,30 +310,19 @@ class SequenceMatcher:
             phase=self._near_leg.update(share, azimuth, frame.seconds),
             phase_rate=rate,
             azimuth=azimuth,
-            similarity=self._similarity(frame.sampled, state, part),
+            similarity=common / union if union else 0.0,
             confidence=sure if found else 0.0,
             shape_prior=warp_template(
                 template, body.scaled(frame.scale), bank.fill, (height, width)
             ),
             box=refined_box(
-                image,
+                images[scale],
                 template,
                 part,
                 grid.body,
-                grid.transform(frame.box, scale, frame.angle),
+                template_to_image(searched, *grid.windows.image_shape, grid.body),
             ),
         )
-
-    def _similarity(self, sampled: Sampled, state: State, part: Window) -> float:
-        """Return the similarity of one template at one placement over the known pixels."""
-        sequence, phase, scale, *_ = state
-        template = self._templates[sequence, phase]
-        if sampled.known is not None:
-            template = np.minimum(template, sampled.known[scale][part])
-        values = sampled.images[scale][part]
-        common = int(np.minimum(template, values).sum(dtype=np.int64))
-        union = int(values.sum(dtype=np.int64)) + int(template.sum(dtype=np.int64)) - common
-        return common / union if union else 0.0
 
 
 class PeopleMatcher:

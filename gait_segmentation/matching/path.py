@@ -30,11 +30,6 @@ State = tuple[int, int, int, int, int]
 _AXES = np.eye(5, dtype=np.int64)
 
 
-def turned(angle: float) -> float:
-    """Return an angle in [-pi, pi)."""
-    return (angle + math.pi) % (2 * math.pi) - math.pi
-
-
 class Views:
     """The sequences of each build in the order of their azimuths: a ring, anticlockwise."""
 
@@ -53,11 +48,11 @@ class Views:
             self.beside.update(zip(ring.tolist(), sides, strict=True))
 
     def azimuth(self, sequence: int, offset: float) -> float:
-        """Return the azimuth ``offset`` views beside a sequence, in radians in [-pi, pi)."""
+        """Return the azimuth ``offset`` views beside a sequence, in radians in [-pi, pi]."""
         own = float(self.azimuths[sequence])
         other = float(self.azimuths[self.beside[sequence][offset > 0]])
-        gap = abs(turned(other - own))
-        return turned(own if gap > WIDEST else own + offset * gap)
+        gap = abs(math.remainder(other - own, 2 * math.pi))
+        return math.remainder(own if gap > WIDEST else own + offset * gap, 2 * math.pi)
 
 
 @dataclass(frozen=True)
@@ -113,7 +108,11 @@ class Scores:
 
 @dataclass(frozen=True)
 class PathFrame:
-    """A frame of the search: its scores, its time, and costs of the step to it."""
+    """
+    A frame of the search: its scores, its time, and (D,) int16 costs of the step to it.
+
+    These are in path units, of advancing by 0, 1, ... D - 1 phases; D is at most P.
+    """
 
     scores: Scores
     seconds: float
@@ -189,7 +188,12 @@ class PathSearch:
         owed = self._owed + phases * self.rate * passed
         expected = round(owed)
         self._owed = owed - expected
-        costs = phase_costs(phases, passed, expected, self._fastest, config.rate_cost)
+        # Of advancing by 0, 1, 2, ... phases: standing still is allowed, going back is not.
+        most = min(max(math.ceil(phases * self._fastest * passed - 1e-9), 1), phases - 1)
+        off = (abs(steps - min(expected, most)) / phases for steps in range(most + 1))
+        costs = np.array(
+            [min(round(UNIT * config.rate_cost * each), UNIT) for each in off], np.int16
+        )
         fading = min(int(32768 * math.exp(-passed / config.memory)), 32767)
         advance(
             before.rows,
@@ -224,18 +228,8 @@ class PathSearch:
 
         :returns: (N, 5), sequence, phase, scale, row and column of the frames, the oldest first.
         """
-        self._traced = states = self._trace(self.leader)
-        seconds = np.array([frame.seconds for frame in self.frames])
-        if seconds[-1] - seconds[0] >= _RATE_SPAN:
-            rate = self._measure(states[:, 1], seconds)
-            self.rate = min(max(rate, self._slowest), self._fastest)
-        self._followed = self.leader[:2]
-        return states
-
-    def _trace(self, leader: State) -> NDArray[np.int64]:
-        """Return the best path to a state of the newest frame, (N, 5), oldest frame first."""
         states = np.empty((len(self.frames), 5), np.int64)
-        states[-1] = leader
+        states[-1] = self.leader
         for index in range(len(states) - 1, 0, -1):
             if index < len(self._traced) and (states[index] == self._traced[index]).all():
                 # Where it meets the path traced before, they are the same.
@@ -255,6 +249,12 @@ class PathSearch:
                 states[index],
                 states[index - 1],
             )
+        self._traced = states
+        seconds = np.array([frame.seconds for frame in self.frames])
+        if seconds[-1] - seconds[0] >= _RATE_SPAN:
+            rate = self._measure(states[:, 1], seconds)
+            self.rate = min(max(rate, self._slowest), self._fastest)
+        self._followed = self.leader[:2]
         return states
 
     def _leading_template(self) -> tuple[int, int]:
@@ -287,26 +287,6 @@ class PathSearch:
         return float(time @ strides / (time @ time))
 
 
-def phase_costs(
-    phases: int, seconds: float, expected: int, maximum_rate: float, cost: float
-) -> NDArray[np.int16]:
-    """
-    Return what it costs to advance by 0, 1, 2, ... phases between two frames.
-
-    Standing still is allowed and going back is not.
-
-    :param phases: phases of a stride.
-    :param seconds: time between the frames.
-    :param expected: how many are.
-    :param maximum_rate: most strides per second that are possible.
-    :param cost: similarity that a whole stride off the expectation costs.
-    :returns: (D,) int16 in path units, D at most ``phases``.
-    """
-    most = min(max(math.ceil(phases * maximum_rate * seconds - 1e-9), 1), phases - 1)
-    off = (abs(steps - min(expected, most)) / phases for steps in range(most + 1))
-    return np.array([min(round(UNIT * cost * each), UNIT) for each in off], np.int16)
-
-
 def view_changes(
     bank: TemplateBank, config: MatchingConfig
 ) -> tuple[NDArray[np.int32], NDArray[np.int16]]:
@@ -322,7 +302,8 @@ def view_changes(
     for sequence, (azimuth, build) in enumerate(zip(bank.azimuth, bank.builds, strict=True)):
         reached = dict.fromkeys(views.beside[sequence], config.view_cost)
         for other, (direction, name) in enumerate(zip(bank.azimuth, bank.builds, strict=True)):
-            if name != build and abs(turned(float(direction) - float(azimuth))) < 1e-3:
+            away = math.remainder(float(direction) - float(azimuth), 2 * math.pi)
+            if name != build and abs(away) < 1e-3:
                 reached[other] = config.build_cost
         reached.pop(sequence, None)
         found.append(sorted(reached.items()))

@@ -231,12 +231,6 @@ class PlacementGrid:
         masks[searched] = seen
         return Sampled(images, masks)
 
-    def transform(self, box: Box, scale: int, angle: float) -> NDArray[np.float64]:
-        """Return the transform from the image of a body height to where the box is."""
-        height = box.height * float(self.scales[scale])
-        body = BodyFrame(box.center_x, box.center_y, height, angle)
-        return template_to_image(body, *self.windows.image_shape, self.body)
-
 
 def antialiasing_side(pitch: float) -> int:
     """
@@ -275,11 +269,19 @@ def resampled(
     grids[..., 2] += (1 - larger) * (body.center_x, body.center_y)
     area = reach(grids[-1], shape[1], shape[0])
     rows, columns = likelihood.shape
-    window = area.padded(side + 1, side + 1).slices(columns, rows)
-    values = likelihood[window]
+    window = area.slices(columns, rows, side + 1)
+    values, seen = likelihood[window], None
     if values.size == 0:
         return images, np.zeros_like(images)
-    values, seen = _smoothed(values, None if known is None else known[window], side)
+    if known is not None:
+        seen = np.where(known[window] != 0, _ALL, 0).astype(np.uint8)
+        values = cv2.bitwise_and(values, seen)
+    if side > 1:
+        # The means of squares over what is known.
+        values = cv2.blur(values, (side, side), borderType=cv2.BORDER_REPLICATE)
+        if seen is not None:
+            share = cv2.blur(seen, (side, side), borderType=cv2.BORDER_REPLICATE)
+            values = cv2.divide(values, share, scale=_ALL)
     if seen is None and (min(area.x, area.y) < 0 or area.right > columns or area.bottom > rows):
         seen = np.full(values.shape, _ALL, np.uint8)
     masks = None if seen is None else np.zeros_like(images)
@@ -294,21 +296,6 @@ def resampled(
     if masks is None or masks.all():
         return images, None
     return images & masks, masks
-
-
-def _smoothed(
-    values: NDArray[np.uint8], known: NDArray[np.uint8] | None, side: int
-) -> tuple[NDArray[np.uint8], NDArray[np.uint8] | None]:
-    """Return the means of squares over what is known, and where that is: 255, else 0."""
-    seen = None if known is None else np.where(known != 0, _ALL, 0).astype(np.uint8)
-    if seen is not None:
-        values = cv2.bitwise_and(values, seen)
-    if side > 1:
-        values = cv2.blur(values, (side, side), borderType=cv2.BORDER_REPLICATE)
-        if seen is not None:
-            share = cv2.blur(seen, (side, side), borderType=cv2.BORDER_REPLICATE)
-            values = cv2.divide(values, share, scale=_ALL)
-    return values, seen
 
 
 def warp_template(

@@ -130,7 +130,13 @@ class Segmenter:
         given = likelihood[window]
         if given.size == 0:
             return self._empty(image, match, 'the person is outside of the image')
-        crop = source_window(window, scale, (height, width))
+        # The rows and columns of the source that the window covers.
+        ends = ((each.start / scale, each.stop / scale) for each in window)
+        rows, columns = (
+            slice(min(round(start), size), min(round(stop), size))
+            for (start, stop), size in zip(ends, (height, width), strict=True)
+        )
+        crop = rows, columns
         # What is finer than the outline is cut is scaled down once, and all work on that.
         source = finest(image[crop], given.shape)
         if taken is not None:
@@ -308,15 +314,6 @@ def window_about(body: BodyFrame, last: Box | None, shape: tuple[int, int]) -> W
     return box.slices(shape[1], shape[0])
 
 
-def source_window(window: Window, scale: float, shape: tuple[int, int]) -> Window:
-    """Return the rows and columns of the source that a working window covers."""
-    rows, columns = (
-        slice(min(round(part.start / scale), size), min(round(part.stop / scale), size))
-        for part, size in zip(window, shape, strict=True)
-    )
-    return rows, columns
-
-
 @dataclass(frozen=True)
 class PeopleMasks:
     """
@@ -392,7 +389,20 @@ class PeopleSegmenter:
             )
         for likelihood, match in zip(likelihoods, matches, strict=True):
             # Before anybody's state is changed.
-            _check_sizes(image, likelihood, match.shape_prior)
+            prior, shape = match.shape_prior, likelihood.shape
+            check_map(likelihood, 'likelihood')
+            check_map(prior, 'shape prior')
+            if shape != prior.shape:
+                raise InputError(
+                    f'likelihood and shape prior must have the same size, got {shape} '
+                    f'and {prior.shape}'
+                )
+            smaller = all(size <= whole for size, whole in zip(shape, image.shape, strict=False))
+            if not smaller or not same_proportions(shape, image.shape[:2]):
+                raise InputError(
+                    f'likelihood must have the proportions of the image {image.shape[:2]} and be '
+                    f'no larger, got {shape}'
+                )
             if match.body is not None:
                 check_body(match.body, (image.shape[1], image.shape[0]))
         tasks = [
@@ -429,44 +439,13 @@ class PeopleSegmenter:
         return found
 
 
-def _check_sizes(
-    image: NDArray[np.uint8], likelihood: NDArray[np.uint8], prior: NDArray[np.uint8]
-) -> None:
-    """
-    Refuse a likelihood and a shape prior that do not fit the image or each other.
-
-    :param image: (H, W, 3) uint8.
-    :param likelihood: (h, w) uint8, of its proportions and no larger.
-    :param prior: (h, w) uint8.
-    :raises InputError: if shapes or types do not fit.
-    """
-    for name, array in (('likelihood', likelihood), ('shape prior', prior)):
-        check_map(array, name)
-    if likelihood.shape != prior.shape:
-        raise InputError(
-            f'likelihood and shape prior must have the same size, got {likelihood.shape} '
-            f'and {prior.shape}'
-        )
-    smaller = all(
-        size <= whole for size, whole in zip(likelihood.shape, image.shape[:2], strict=True)
-    )
-    if not smaller or not same_proportions(likelihood.shape, image.shape[:2]):
-        raise InputError(
-            f'likelihood must have the proportions of the image {image.shape[:2]} and be no '
-            f'larger, got {likelihood.shape}'
-        )
-
-
 def _groups(matches: Sequence[MatchResult]) -> list[list[int]]:
     """Return the slots in groups that do not touch each other, in each the nearest first."""
-
-    def feet(slot: int) -> float:
-        body = matches[slot].body
-        if body is None:
-            return -math.inf
-        return body.center_y + 0.5 * body.height * math.cos(body.angle)
-
-    order = sorted(range(len(matches)), key=feet, reverse=True)
+    feet = [
+        -math.inf if body is None else body.center_y + 0.5 * body.height * math.cos(body.angle)
+        for body in (match.body for match in matches)
+    ]
+    order = sorted(range(len(matches)), key=feet.__getitem__, reverse=True)
     groups: list[list[int]] = []
     for slot in order:
         touching = [group for group in groups if any(_touch(matches, slot, k) for k in group)]
