@@ -27,7 +27,8 @@ _MOST_FRAMES = 64
 State = tuple[int, int, int, int, int]
 """Sequence, phase, scale, row and column."""
 
-_AXES = np.eye(5, dtype=np.int64)
+_SIDES = np.stack([-np.eye(5, dtype=np.int64), np.eye(5, dtype=np.int64)])
+"""Steps to the states before and after a state, by axis."""
 
 
 class Views:
@@ -92,18 +93,17 @@ class Scores:
         :returns: for view, phase, scale, row and column.
         """
         here = np.array(state) - (0, 0, *self.searched.first)
-        # Of each axis the states before and after.
-        sides = here + np.stack([-_AXES, _AXES])
+        sides = here + _SIDES
         sides[:, 0, 0] = beside
         sides[:, 1, 1] %= self.places.shape[1]
         inside = np.all((sides >= 0) & (sides < self.places.shape), axis=2, keepdims=True)
-        scores = self.places[tuple(np.moveaxis(np.where(inside, sides, here), 2, 0))]
+        scores = self.places[tuple(np.where(inside, sides, here).transpose(2, 0, 1))]
         low, high = np.where(inside[..., 0], scores.astype(np.int64), FLOOR)
         bend = 2 * int(self.places[tuple(here)]) - low - high
         # What is at the floor has not been searched.
         curved = (np.minimum(low, high) > FLOOR) & (bend > 0)
         vertex = 0.5 * (high - low) / np.maximum(bend, 1)
-        return np.where(curved, np.clip(vertex, -0.5, 0.5), 0.0).tolist()
+        return np.where(curved, vertex, 0.0).clip(-0.5, 0.5).tolist()
 
 
 @dataclass(frozen=True)
