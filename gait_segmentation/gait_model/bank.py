@@ -166,7 +166,7 @@ class TemplateBank:
         """Return V, the number of sequences."""
         return int(self.templates.shape[0])
 
-    @property
+    @cached_property
     def phases(self) -> int:
         """Return P, the number of phases."""
         return int(self.templates.shape[1])
