@@ -54,13 +54,10 @@ from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.gait_model.bank import quantize
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig, SequenceMatcher
-from gait_segmentation.matching.common_areas import (
-    CommonAreas,
-    DirectAccessTableKernel,
-    WindowGrid,
-)
+from gait_segmentation.matching.common_areas import CommonAreas, DirectAccessTableKernel
 from gait_segmentation.matching.events import EventKernel
-from gait_segmentation.matching.similarities import KERNELS
+from gait_segmentation.matching.matcher import KERNELS
+from gait_segmentation.matching.placements import SearchRange, WindowGrid
 from gait_tools.gait_model.render import render_cycle, render_silhouette
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -85,18 +82,18 @@ class Ready:
 
     def __init__(self, kind: type[CommonAreas], templates: Images, grid: WindowGrid) -> None:
         self.kernel = kind(templates, grid)
-        self.windows = grid.rows, grid.columns
+        self.grid = grid
         self.matrix = self.kernel.new_matrix()
 
     def rows(self, images: Images) -> NDArray[np.int32]:
         """Compute C as the matcher does, without putting the rows in the order of templates."""
-        windows = len(images), *self.windows
-        out = self.kernel.new_rows(int(np.prod(windows)))
-        return self.kernel.common_rows(images, (0, 0), windows, self.matrix, out)
+        searched = SearchRange((0, 0, 0), (len(images), self.grid.rows, self.grid.columns))
+        out = self.kernel.new_rows(searched.pitch)
+        return self.kernel.common_rows(images, searched, self.matrix, out)
 
     def common_area(self, images: Images) -> NDArray[np.int32]:
         """Return C of all templates, (K, S, rows, columns)."""
-        windows = len(images), *self.windows
+        windows = len(images), self.grid.rows, self.grid.columns
         rows = self.rows(images)[self.kernel.row]
         return rows[:, : int(np.prod(windows))].reshape(-1, *windows)
 

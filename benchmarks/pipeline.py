@@ -47,7 +47,6 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks import holds
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
-from benchmarks.variants import KINDS, write_variant
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.config import overridden, parameters_of, replaced
 from gait_segmentation.gait_model import default_bank
@@ -59,6 +58,7 @@ from gait_tools.evaluation.metrics import error_percent, evaluation_window
 from gait_tools.evaluation.report import aligned, tracking_table, write_json
 from gait_tools.evaluation.sequence import Sequence
 from gait_tools.evaluation.session import Session, load_sequences
+from gait_tools.evaluation.variants import KINDS, write_variant
 from gait_tools.figures.walk import Given, Shot, Walk, phases_of, record
 from gait_tools.gait_model import FIGURES
 from gait_tools.outputs import check_file

@@ -49,6 +49,7 @@ from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline
+from gait_segmentation.scene.scene import Scene
 from gait_segmentation.starting import StartingConfig, WalkerFinder
 from gait_segmentation.starting.finder import MODEL_FILE
 from gait_tools.evaluation.metrics import true_box
@@ -135,8 +136,11 @@ def thing(name: str, seed: int) -> Iterator[Frame]:
 
 def measured(name: str, frames: Iterable[Frame]) -> Iterator[Match]:
     finder = WalkerFinder(default_bank(), StartingConfig(least_evidence=SURE))
+    scene: Scene | None = None
     for image, stamp_ns, truth, others in frames:
-        finder.update(image, stamp_ns)
+        scene = scene or Scene((image.shape[0], image.shape[1]))
+        scene.advance(image, stamp_ns)
+        finder.update(scene)
         for box, measures in finder.judged():
             iou = 0.0 if truth is None else box.iou(truth)
             nobody = True

@@ -78,8 +78,10 @@ def gray_lab(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.asarray(lab)
 
 
-@kernel('u1[:,:,::1], u2[:,::1]')
-def _bins(lab: NDArray[np.uint8], out: NDArray[np.uint16]) -> None:
+@kernel('u1[:,:,::1]')
+def colour_bins(lab: NDArray[np.uint8]) -> NDArray[np.uint16]:
+    """Return the index of each pixel's joint bin, (h, w) uint16, of a (h, w, 3) Lab image."""
+    out = np.empty(lab.shape[:2], np.uint16)
     for row in range(lab.shape[0]):
         pixels, result = lab[row].reshape(-1), out[row]
         for col in range(result.size):
@@ -89,12 +91,6 @@ def _bins(lab: NDArray[np.uint8], out: NDArray[np.uint16]) -> None:
                 np.int32(pixels[3 * col + 2]) * BINS >> 8,
             )
             result[col] = (light * BINS + a) * BINS + b
-
-
-def colour_bins(lab: NDArray[np.uint8]) -> NDArray[np.uint16]:
-    """Return the index of each pixel's joint bin, (h, w) uint16, of a (h, w, 3) Lab image."""
-    out = np.empty(lab.shape[:2], np.uint16)
-    _bins(lab, out)
     return out
 
 
@@ -114,20 +110,10 @@ def body_rows(
     :param height: height of the body in pixels.
     :param angle: tilt of the body in radians.
     """
-    out = np.empty(shape, np.float32)
     across, along = -math.sin(angle) / height, math.cos(angle) / height
     first = 0.5 + across * (origin[0] + 0.5 - center[0]) + along * (origin[1] + 0.5 - center[1])
-    _plane(first, across, along, out)
-    return out
-
-
-@kernel('f8, f8, f8, f4[:,::1]')
-def _plane(first: float, across: float, along: float, out: NDArray[np.float32]) -> None:
-    step = np.float32(across)
-    for row in range(out.shape[0]):
-        start = np.float32(first + along * row)
-        for col in range(out.shape[1]):
-            out[row, col] = start + step * np.float32(col)
+    starts = (first + along * np.arange(shape[0])).astype(np.float32)
+    return starts[:, None] + np.float32(across) * np.arange(shape[1], dtype=np.float32)
 
 
 @njit(nogil=True, fastmath=True, inline='always')

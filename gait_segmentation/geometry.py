@@ -23,7 +23,7 @@ Body frame
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import cv2
 import numpy as np
@@ -43,6 +43,9 @@ sides: beyond what a tracker makes of the smallest and the largest box to start 
 _BEYOND = 12.0
 """How much larger and farther away than its box a body may be, with any parameters of matching."""
 
+REACH = 0.12
+"""How far about the outline of a person it is asked whose pixels are, in body heights."""
+
 _HALF_WIDTH, _HALF_HEIGHT, _HELD_MARGIN = 0.52, 0.62, 0.12
 """Reach of the window about a body, and its margin about a box held, in body heights."""
 
@@ -52,6 +55,8 @@ class Box:
     """
     An upright rectangle in pixels: top left corner, width and height, all sub-pixel.
 
+    The other edges and the centre follow from these.
+
     :raises InputError: if a value is not finite or width or height is not positive.
     """
 
@@ -59,6 +64,10 @@ class Box:
     y: float
     width: float
     height: float
+    right: float = field(init=False, repr=False, compare=False)
+    bottom: float = field(init=False, repr=False, compare=False)
+    center_x: float = field(init=False, repr=False, compare=False)
+    center_y: float = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Refuse boxes that are no boxes."""
@@ -70,25 +79,13 @@ class Box:
                 f'box width and height must be positive, got {self.width:g} x {self.height:g}'
             )
 
-    @property
-    def right(self) -> float:
-        """Return x of the right edge."""
-        return self.x + self.width
-
-    @property
-    def bottom(self) -> float:
-        """Return y of the lower edge."""
-        return self.y + self.height
-
-    @property
-    def center_x(self) -> float:
-        """Return x of the centre."""
-        return self.x + self.width / 2
-
-    @property
-    def center_y(self) -> float:
-        """Return y of the centre."""
-        return self.y + self.height / 2
+        # Once, since every frame asks for them a hundred times.
+        vars(self).update(
+            right=self.x + self.width,
+            bottom=self.y + self.height,
+            center_x=self.x + self.width / 2,
+            center_y=self.y + self.height / 2,
+        )
 
     @classmethod
     def from_center(cls, center_x: float, center_y: float, width: float, height: float) -> Box:
@@ -133,16 +130,16 @@ class Box:
             return None
         return Box(left, top, right - left, bottom - top)
 
-    def slices(self, width: int, height: int) -> tuple[slice, slice]:
+    def slices(self, width: int, height: int, margin: float = 0.0) -> tuple[slice, slice]:
         """
         Return the (row, column) slices of the pixels touched in an image of the given size.
 
-        The slices are empty if the box lies outside.
+        The slices are empty if the box, grown by the margin on all sides, lies outside.
         """
-        left = min(max(math.floor(self.x), 0), width)
-        top = min(max(math.floor(self.y), 0), height)
-        right = min(max(math.ceil(self.right), left), width)
-        bottom = min(max(math.ceil(self.bottom), top), height)
+        left = min(max(math.floor(self.x - margin), 0), width)
+        top = min(max(math.floor(self.y - margin), 0), height)
+        right = min(max(math.ceil(self.right + margin), left), width)
+        bottom = min(max(math.ceil(self.bottom + margin), top), height)
         return slice(top, bottom), slice(left, right)
 
     def iou(self, other: Box) -> float:
@@ -331,77 +328,42 @@ def body_window(center_x: float, center_y: float, height: float, held: Box | Non
     return Box(left, top, right - left, bottom - top)
 
 
-def compose(outer: NDArray[np.float64], inner: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the 2 x 3 transform that applies ``inner`` first and ``outer`` second."""
-    # In plain numbers, which takes a fifth of the time: dozens are made in every frame.
-    (a, b, x), (c, d, y) = outer.tolist()
-    (e, f, u), (g, h, v) = inner.tolist()
-    return np.array(
-        [
-            [a * e + b * g, a * f + b * h, a * u + b * v + x],
-            [c * e + d * g, c * f + d * h, c * u + d * v + y],
-        ]
-    )
-
-
-def invert(transform: NDArray[np.float64]) -> NDArray[np.float64]:
+def reach(transform: NDArray[np.float64], width: float, height: float) -> Box:
     """
-    Return the inverse of a 2 x 3 transform.
-
-    :raises ZeroDivisionError: if it has none.
-    """
-    (a, b, x), (c, d, y) = transform.tolist()
-    scale = 1 / (a * d - b * c)
-    return np.array(
-        [
-            [d * scale, -b * scale, (b * y - d * x) * scale],
-            [-c * scale, a * scale, (c * x - a * y) * scale],
-        ]
-    )
-
-
-def reach(
-    transform: NDArray[np.float64], width: float, height: float
-) -> tuple[float, float, float, float]:
-    """
-    Return how far a grid reaches where a transform lays it.
+    Return how far a grid reaches where a 2 x 3 transform lays it.
 
     :param width, height: of the grid, from (0, 0) on.
-    :returns: left, top, right and bottom.
     """
     (a, b, x), (c, d, y) = transform.tolist()
     a, b, c, d = a * width, b * height, c * width, d * height
-    return (
-        x + min(a, 0.0) + min(b, 0.0),
-        y + min(c, 0.0) + min(d, 0.0),
-        x + max(a, 0.0) + max(b, 0.0),
-        y + max(c, 0.0) + max(d, 0.0),
-    )
+    left, top = x + min(a, 0.0) + min(b, 0.0), y + min(c, 0.0) + min(d, 0.0)
+    return Box(left, top, abs(a) + abs(b), abs(c) + abs(d))
 
 
-def pixel_affine(transform: NDArray[np.float64]) -> NDArray[np.float64]:
+def pixel_affine(transforms: NDArray[np.float64]) -> NDArray[np.float64]:
     """
-    Turn a transform of positions into one of pixel indices, as ``cv2.warpAffine`` takes it.
+    Turn (..., 2, 3) transforms of positions into those of pixel indices, for ``cv2.warpAffine``.
 
     Pixel (i, j) has its centre at position (i + 0.5, j + 0.5).
     """
-    (a, b, x), (c, d, y) = transform.tolist()
-    return np.array([[a, b, x + (0.5 * (a + b) - 0.5)], [c, d, y + (0.5 * (c + d) - 0.5)]])
+    result = transforms.copy()
+    result[..., 2] += 0.5 * transforms[..., :2].sum(axis=-1) - 0.5
+    return result
 
 
 def template_to_image(
-    body: BodyFrame, grid_height: int, grid_width: int, fill: float
+    body: BodyFrame, rows: int, columns: int, height: float
 ) -> NDArray[np.float64]:
     """
     Return the 2 x 3 transform from positions on a template grid to positions in the image.
 
     :param body: the body frame in the image's pixels.
-    :param grid_height, grid_width: rows and columns of the template grid.
-    :param fill: share of the grid's rows that the body takes.
+    :param rows, columns: of the grid, in whose middle the body stands.
+    :param height: of the body on the grid, in its pixels.
     """
-    step = body.height / (fill * grid_height)
+    step = body.height / height
     cos, sin = step * math.cos(body.angle), step * math.sin(body.angle)
-    center_x, center_y = grid_width / 2, grid_height / 2
+    center_x, center_y = columns / 2, rows / 2
     return np.array(
         [
             [cos, -sin, body.center_x - cos * center_x + sin * center_y],

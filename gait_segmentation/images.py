@@ -143,11 +143,16 @@ def shifted_part(image: NDArray[np.uint8], dx: int, dy: int, window: Window) -> 
     """
     if dx == 0 and dy == 0:
         return image[window]
-    rows, columns = window
-    part = np.zeros((*size_of(window), *image.shape[2:]), image.dtype)
-    to_rows, from_rows = _overlap(dy, rows, image.shape[0])
-    to_columns, from_columns = _overlap(dx, columns, image.shape[1])
-    part[within((to_rows, to_columns), window)] = image[from_rows, from_columns]
+    (top, bottom), (left, right) = ((side.start, side.stop) for side in window)
+    part = np.zeros((bottom - top, right - left, *image.shape[2:]), image.dtype)
+    # What is known: rows from `up` to `down`, columns from `near` to `far`.
+    up, near = max(top, dy), max(left, dx)
+    down, far = (
+        max(up, min(bottom, image.shape[0] + dy)),
+        max(near, min(right, image.shape[1] + dx)),
+    )
+    known = image[up - dy : down - dy, near - dx : far - dx]
+    part[up - top : down - top, near - left : far - left] = known
     return part
 
 
@@ -160,13 +165,6 @@ def placed(part: NDArray[np.uint8], window: Window, shape: tuple[int, int]) -> N
     image = np.zeros(shape, np.uint8)
     image[window] = part
     return image
-
-
-def _overlap(step: int, wanted: slice, size: int) -> tuple[slice, slice]:
-    """Return where a part of a shifted range of a size is known, and which part of it that is."""
-    low = max(wanted.start, step)
-    high = max(low, min(wanted.stop, size + step))
-    return slice(low, high), slice(low - step, high - step)
 
 
 def same_proportions(shape: tuple[int, ...], source: tuple[int, ...]) -> bool:

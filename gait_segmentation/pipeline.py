@@ -19,7 +19,7 @@ from gait_segmentation.images import check_image, check_map, same_proportions
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import Feedback, MatchResult, SegmentationResult, TrackResult
-from gait_segmentation.segmentation import PeopleMasks, PeopleSegmenter, SegmentationConfig
+from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
 from gait_segmentation.stamps import HeldFrames, Order, Stamps, check_stamp
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
@@ -82,10 +82,6 @@ class FrameResult:
         return cls(stamp_ns, (person,) * slots, mask, mask, {})
 
 
-def _no_clock() -> float:
-    return 0.0
-
-
 class Pipeline:
     """
     Tracker, matcher and segmenter, frame by frame.
@@ -98,14 +94,14 @@ class Pipeline:
         self,
         config: PipelineConfig | None = None,
         bank: TemplateBank | None = None,
-        clock: Callable[[], float] = _no_clock,
+        clock: Callable[[], float] = float,
     ) -> None:
         """
         Make a pipeline that tracks nobody.
 
         :param bank: the templates; the standard bank if None.
         :param clock: seconds for ``timings_ms``, e.g. ``time.perf_counter``; without it all are
-            zero.
+            zero, as ``float()`` is.
         """
         self._clock = clock
         self.config = config = config or PipelineConfig()
@@ -149,6 +145,8 @@ class Pipeline:
         stamp_ns: int,
         likelihood: NDArray[np.uint8] | None = None,
         heat_map: NDArray[Any] | None = None,
+        *,
+        learn: bool = True,
     ) -> list[FrameResult]:
         """
         Take in a frame.
@@ -163,25 +161,10 @@ class Pipeline:
             (H, W) uint8 or smaller with the same proportions.
         :param heat_map: where people are as others see it in this frame: evidence beside the
             tracker's own, see :meth:`add_heat_map`.
+        :param learn: whether to learn from the results at once.  Who has to hand them on first
+            calls :meth:`learn` after that; it is done before the next frame otherwise.
         :returns: the results that are complete now.
         :raises InputError: if the frame cannot be used; the state is then as before.
-        """
-        results = self.take(image, stamp_ns, likelihood, heat_map)
-        self.learn()
-        return results
-
-    def take(
-        self,
-        image: NDArray[np.uint8],
-        stamp_ns: int,
-        likelihood: NDArray[np.uint8] | None = None,
-        heat_map: NDArray[Any] | None = None,
-    ) -> list[FrameResult]:
-        """
-        Take in a frame as :meth:`update` does, but leave learning from the results for later.
-
-        For who has to hand on the results first: :meth:`learn` is to be called after that, and
-        is before the next frame otherwise.
         """
         if self._unlearnt:
             self.learn()
@@ -197,7 +180,7 @@ class Pipeline:
         if order is Order.RESET:
             self._begin_anew(image, heat_map)
         tracks = self.tracker.update(image, stamp_ns, heat_map)
-        self._stamps.take(stamp_ns)
+        self._stamps.newest_ns = stamp_ns
         waits = self.config.matching.lag > 0
         if likelihood is not None:
             likelihood = likelihood.copy() if waits else likelihood
@@ -209,14 +192,17 @@ class Pipeline:
         kept = image.copy() if waits else image
         self._held.hold(stamp_ns, (kept, tracks, likelihood is not None))
         times = {'tracking': tracked - started, 'matching': matched - tracked}
-        return [self._finish(frame, times) for frame in matches]
+        results = [self._finish(frame, times) for frame in matches]
+        if learn:
+            self.learn()
+        return results
 
     def _begin_anew(self, image: NDArray[np.uint8], heat_map: NDArray[Any] | None) -> None:
         """Forget everybody, but not the boxes that wait, unless a frame cannot be used."""
         self.tracker.check(image)
         if heat_map is not None:
             heat_map_of(heat_map)
-        self.tracker.begin_anew()
+        self.tracker.reset(waiting=False)
         self.matcher.reset()
         self.segmenter.reset()
         self._held.clear()
@@ -248,8 +234,14 @@ class Pipeline:
         seconds = {**times, 'segmentation': self._clock() - started}
         seconds['total'] = sum(seconds.values())
         timings_ms = {name: 1e3 * value for name, value in seconds.items()}
-        self._unlearnt.append((_feedback(tracks, matches, masks), timings_ms))
-        people = zip(tracks, matches, masks.people, strict=True)
+        people = list(zip(tracks, matches, masks.people, strict=True))
+        # Also that the lost were not found.
+        feedback = [
+            Feedback(match.stamp_ns, match.track_id, found.mask, match.body, match.shape_prior)
+            for track, match, found in people
+            if track.track_id
+        ]
+        self._unlearnt.append((feedback, timings_ms))
         return FrameResult(
             tracks[0].stamp_ns,
             tuple(PersonResult(*each) for each in people),
@@ -257,17 +249,6 @@ class Pipeline:
             masks.labels,
             timings_ms,
         )
-
-
-def _feedback(
-    tracks: Sequence[TrackResult], matches: Sequence[MatchResult], masks: PeopleMasks
-) -> list[Feedback]:
-    """Return what was found of everybody, also that the lost were not."""
-    return [
-        Feedback(match.stamp_ns, match.track_id, found.mask, match.body, match.shape_prior)
-        for track, match, found in zip(tracks, matches, masks.people, strict=True)
-        if track.track_id
-    ]
 
 
 def _check_likelihood(likelihood: NDArray[np.uint8], image: NDArray[np.uint8]) -> None:

@@ -165,7 +165,7 @@ def test_results_can_be_had_before_they_are_learnt_from(asked: bool, monkeypatch
         pipe.tracker, 'learn', lambda each: (learnt.append(each[0].stamp_ns), learn(each))
     )
     for number, (frame, plain) in enumerate(zip(clip()[:6], run(frames=6), strict=True)):
-        [result] = pipe.take(frame.image, frame.stamp_ns)
+        [result] = pipe.update(frame.image, frame.stamp_ns, learn=False)
         assert len(learnt) == number
         assert (result.mask == plain.mask).all()
         if asked:
@@ -219,7 +219,7 @@ def test_timings_come_from_the_clock_given() -> None:
     assert result.timings_ms['matching'] == 1000
     assert result.timings_ms['total'] >= 3000
     # Learning counts as tracking, also if it comes later.
-    [result] = pipe.take(clip()[1].image, 6)
+    [result] = pipe.update(clip()[1].image, 6, learn=False)
     before = dict(result.timings_ms)
     pipe.learn()
     assert result.timings_ms['tracking'] == before['tracking'] + 1000

@@ -19,7 +19,7 @@ import tokenize
 import zipfile
 import zlib
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -161,7 +161,7 @@ class TemplateBank:
         """Return V, the number of sequences."""
         return int(self.templates.shape[0])
 
-    @property
+    @cached_property
     def phases(self) -> int:
         """Return P, the number of phases."""
         return int(self.templates.shape[1])

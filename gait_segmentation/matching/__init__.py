@@ -3,7 +3,6 @@
 """Sequence matching: Tanimoto kernels, placements and the path search."""
 
 from gait_segmentation.matching.config import MatchingConfig
-from gait_segmentation.matching.matcher import SequenceMatcher
-from gait_segmentation.matching.people import PeopleMatcher
+from gait_segmentation.matching.matcher import PeopleMatcher, SequenceMatcher
 
 __all__ = ['MatchingConfig', 'PeopleMatcher', 'SequenceMatcher']

@@ -1,73 +1,25 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Common areas of all templates with all windows: what kernels share, and the paper's kernel."""
+"""
+How similar all templates are to the likelihood, at all placements searched.
+
+Also the common areas this is made of: what kernels share, and the paper's kernel.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
+from gait_segmentation.matching.placements import Sampled, SearchRange, WindowGrid
 
-LANES = 160
-"""
-Windows that are treated at a time, to a multiple of which rows of results are filled up: an
-ordinary search has 147.
-"""
+UNIT = 2048
+"""Whole numbers that a similarity of 1 is in path scores."""
 
 Images = NDArray[np.uint8]
-Shape = tuple[int, int, int]
-
-
-def pitch_of(windows: int) -> int:
-    """Return how long a row of a number of windows is when it is filled up."""
-    return -(-windows // LANES) * LANES
-
-
-@dataclass(frozen=True)
-class WindowGrid:
-    """``rows`` x ``columns`` windows of ``height`` x ``width`` pixels, ``step`` pixels apart."""
-
-    height: int
-    width: int
-    rows: int
-    columns: int
-    step: int = 1
-
-    @property
-    def image_shape(self) -> tuple[int, int]:
-        """Return the (height, width) of a padded image."""
-        return (
-            self.height + (self.rows - 1) * self.step,
-            self.width + (self.columns - 1) * self.step,
-        )
-
-    def part(self, row: int, column: int) -> tuple[slice, slice]:
-        """Return the rows and columns of a padded image that a window has."""
-        top, left = row * self.step, column * self.step
-        return slice(top, top + self.height), slice(left, left + self.width)
-
-    def areas(self, images: Images) -> NDArray[np.int32]:
-        """
-        Return the sums over all windows.
-
-        :param images: (S, *self.image_shape) uint8.
-        :returns: (S, rows, columns) int32.
-        """
-        sums = np.stack([cv2.integral(image) for image in images])
-        rows = self.step * np.arange(self.rows)[:, None]
-        columns = self.step * np.arange(self.columns)
-        below, right = rows + self.height, columns + self.width
-        return np.asarray(
-            sums[:, below, right]
-            - sums[:, below, columns]
-            - sums[:, rows, right]
-            + sums[:, rows, columns]
-        )
 
 
 class CommonAreas(ABC):
@@ -111,29 +63,103 @@ class CommonAreas(ABC):
     def common_rows(
         self,
         images: Images,
-        first: tuple[int, int],
-        windows: Shape,
+        searched: SearchRange,
         matrix: Images,
         out: NDArray[np.int32],
     ) -> NDArray[np.int32]:
         """
         Return C for some of the windows.
 
-        :param images: (S, *grid.image_shape) uint8, contiguous.
-        :param first: row and column of the first window.
-        :param windows: number of images, rows and columns.
+        :param images: (S, *grid.image_shape) uint8, contiguous, of the body heights searched.
+        :param searched: the windows.
         :param matrix: from :meth:`new_matrix`, and ``out`` from :meth:`new_rows`, to work in.
-        :returns: (R, N) int32, a view of ``out``, C of template k in row ``row[k]``, image by
-            image and row by row; what follows, up to :func:`pitch_of` them, is undefined.
+        :returns: (R, N) int32, a view of ``out``, C of template k in row ``row[k]``, lane by
+            lane; what follows, up to ``searched.pitch`` of them, is undefined.
         """
 
     def new_matrix(self) -> Images:
         """Return an array for ``matrix`` of :meth:`common_rows`, empty if none is needed."""
         return np.zeros(0, np.uint8)
 
-    def new_rows(self, windows: int) -> NDArray[np.int32]:
+    def new_rows(self, pitch: int) -> NDArray[np.int32]:
         """Return an array for ``out`` of :meth:`common_rows`; its first row must stay zero."""
-        return np.zeros((self.rows + 1, pitch_of(windows)), np.int32)
+        return np.zeros((self.rows + 1, pitch), np.int32)
+
+
+class SimilarityMaps:
+    """
+    Compares the likelihoods about a box with all templates of a bank.
+
+    The Tanimoto similarity is C / (F + G - C), with C the common area of likelihood and template
+    (their intersection), F the area of the likelihood and G that of the template.
+    """
+
+    def __init__(self, coded: CommonAreas, windows: WindowGrid, cost: NDArray[np.int16]) -> None:
+        """
+        Prepare the comparison.
+
+        :param windows: where templates are laid, as when they were coded.
+        :param cost: (S,) int16 in path units, what each body height costs.
+        """
+        self._coded, self._windows, self._cost = coded, windows, cost
+        self._matrix = coded.new_matrix()
+        self._maps = np.zeros((coded.rows, 0), np.int16)
+
+    def update(self, sampled: Sampled, searched: SearchRange) -> NDArray[np.int16]:
+        """
+        Compare a frame.
+
+        :returns: (R, N) int16, similarities in path units less the cost of the body height, of
+            the template of a row at each of the placements searched; what follows is undefined.
+            The next call overwrites it.
+        """
+        heights, rows, columns = searched.slices
+        coded, pitch = self._coded, searched.pitch
+        images = sampled.images[heights]
+        if self._maps.shape[1] != pitch:
+            self._common, self._seen = coded.new_rows(pitch), coded.new_rows(pitch)
+            self._maps = np.zeros((coded.rows, pitch), np.int16)
+        areas = self._windows.areas(images)[:, rows, columns]
+        # One line for all placements, filled up with zeros.
+        area, cost = np.zeros((2, pitch), np.int32)
+        area[: areas.size] = areas.reshape(-1)
+        cost[: areas.size] = np.repeat(self._cost[heights], areas[0].size)
+        common = coded.common_rows(images, searched, self._matrix, self._common)
+        seen = coded.area[:, None]
+        if sampled.known is not None:
+            # Of known pixels, G is the common area with a likelihood that is white there.
+            known = sampled.known[heights]
+            seen = coded.common_rows(known, searched, self._matrix, self._seen)
+        _compare(common, area, cost, self._maps, seen)
+        return self._maps
+
+
+@kernel('i4[:,::1], i4[::1], i4[::1], i2[:,::1], i4[:,::1]')
+def _compare(common, area, cost, maps, seen):  # type: ignore[no-untyped-def]
+    """
+    Put the similarities of all templates into ``maps``.
+
+    :param common: (R, N) int32, C.
+    :param area: (N,) int32, F.
+    :param cost: (N,) int32, taken off.
+    :param maps: (R, N) int16, result.
+    :param seen: (R, N) int32, G over the known pixels; (R, 1) where all are known.
+    """
+    line = np.empty(common.shape[1], np.int32)
+    for row in range(len(common)):
+        areas = seen[row]
+        if len(areas) == 1:
+            line[:] = areas[0]
+            areas = line
+        _compare_row(common[row], area, areas, cost, maps[row])
+
+
+@kernel()
+def _compare_row(shared, area, seen, cost, result):  # type: ignore[no-untyped-def]
+    for j in range(len(shared)):
+        union = max(np.int32(area[j] + seen[j] - shared[j]), np.int32(1))
+        share = np.float32(shared[j]) / np.float32(union)
+        result[j] = np.int16(np.int32(share * np.float32(UNIT) + np.float32(0.5)) - cost[j])
 
 
 class DirectAccessTableKernel(CommonAreas):
@@ -163,16 +189,15 @@ class DirectAccessTableKernel(CommonAreas):
     def common_rows(
         self,
         images: Images,
-        first: tuple[int, int],
-        windows: Shape,
+        searched: SearchRange,
         matrix: Images,
         out: NDArray[np.int32],
     ) -> NDArray[np.int32]:
         """Add up what the tables say, pixel by pixel."""
         step = self._grid.step
-        corner = first[0] * step, first[1] * step
+        corner = searched.first[1] * step, searched.first[2] * step
         coded = self._pixels, self._order, self._values, self._split
-        _add_up(images, *coded, corner, step, windows, out)
+        _add_up(images, *coded, corner, step, searched.shape, out)
         return out[1:]
 
 

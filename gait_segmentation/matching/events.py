@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
-from gait_segmentation.matching.common_areas import LANES, CommonAreas, Images, Shape, WindowGrid
+from gait_segmentation.matching.common_areas import CommonAreas, Images
+from gait_segmentation.matching.placements import LANES, SearchRange, WindowGrid
 
 _WORD = 8
 """Bytes that are copied at once."""
@@ -200,18 +201,23 @@ class EventKernel(CommonAreas):
     def common_rows(
         self,
         images: Images,
-        first: tuple[int, int],
-        windows: Shape,
+        searched: SearchRange,
         matrix: Images,
         out: NDArray[np.int32],
     ) -> NDArray[np.int32]:
         """Gather the windows block by block, and run the program on each."""
-        program = self.program
-        planes = _polyphase(images, self._grid)
-        plane = planes.reshape(-1)[first[0] * _plane_shape(self._grid)[1] + first[1] :]
+        program, step, shape = self.program, self._grid.step, _plane_shape(self._grid)
+        # For each image step x step planes, one after the other: the pixels by their remainders
+        # modulo the step, so that windows are contiguous.
+        planes = np.zeros((len(images), step * step, *shape), np.uint8)
+        for y in range(step):
+            for x in range(step):
+                part = images[:, y::step, x::step]
+                planes[:, y * step + x, : part.shape[1], : part.shape[2]] = part
+        plane = planes.reshape(-1)[searched.first[1] * shape[1] + searched.first[2] :]
         changes = program.source, program.lo, program.span, program.groups
         steps = program.bounds, program.target, program.base
-        for block, (places, offsets) in enumerate(_runs(self._grid, windows)):
+        for block, (places, offsets) in enumerate(_runs(self._grid, searched.shape)):
             _gather(_words(plane), self._origins, places, offsets, _words(matrix))
             _run_program(matrix, *changes, *steps, out.reshape(-1), out.shape[1], block * LANES)
         return out[1:]
@@ -225,6 +231,7 @@ class EventKernel(CommonAreas):
         return memory[first : first + size]
 
 
+@lru_cache(maxsize=16)
 def _plane_shape(grid: WindowGrid) -> tuple[int, int]:
     """Return rows and columns of a plane, with room to read a run from its last pixel."""
     height, width = grid.image_shape
@@ -262,22 +269,6 @@ def _runs(
             window += min(_WORD, columns - column)
         blocks.append((np.array(places, np.int64), np.array(offsets, np.int64)))
     return blocks
-
-
-def _polyphase(images: NDArray[np.uint8], grid: WindowGrid) -> NDArray[np.uint8]:
-    """
-    Sort the pixels by their remainders modulo the step, so that windows are contiguous.
-
-    :param images: (S, height, width) uint8.
-    :returns: (S, size) uint8, for each image step x step planes one after the other.
-    """
-    step = grid.step
-    planes = np.zeros((len(images), step * step, *_plane_shape(grid)), np.uint8)
-    for y in range(step):
-        for x in range(step):
-            part = images[:, y::step, x::step]
-            planes[:, y * step + x, : part.shape[1], : part.shape[2]] = part
-    return planes.reshape(len(images), -1)
 
 
 def _words(data: NDArray[np.uint8]) -> NDArray[np.uint64]:

@@ -6,30 +6,67 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache, partial
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.geometry import Box, Placement, check_matched_box
+from gait_segmentation.gait_model.bank import TemplateBank, quantize
+from gait_segmentation.geometry import Box, Placement, check_matched_box, template_to_image
 from gait_segmentation.images import same_proportions
+from gait_segmentation.matching.common_areas import (
+    UNIT,
+    CommonAreas,
+    DirectAccessTableKernel,
+    SimilarityMaps,
+)
 from gait_segmentation.matching.config import MatchingConfig
-from gait_segmentation.matching.path import UNIT, PathSearch, State
+from gait_segmentation.matching.events import EventKernel
+from gait_segmentation.matching.path import PathSearch, State, Views
 from gait_segmentation.matching.phase import NearLeg, PhaseFinder, phase_near
-from gait_segmentation.matching.placements import PlacementGrid, Sampled, SearchRange
-from gait_segmentation.matching.sampling import refined_box, warp_template
-from gait_segmentation.matching.similarities import SimilarityMaps, coded_bank
-from gait_segmentation.matching.views import Views
-from gait_segmentation.results import MatchResult
-from gait_segmentation.stamps import check_later, check_stamp
+from gait_segmentation.matching.placements import (
+    PlacementGrid,
+    Sampled,
+    SearchRange,
+    WindowGrid,
+    refined_box,
+    warp_template,
+)
+from gait_segmentation.people import Crew
+from gait_segmentation.results import TRACKED, MatchResult, TrackResult
+from gait_segmentation.stamps import check_later
+
+KERNELS: dict[str, type[CommonAreas]] = {
+    'events': EventKernel,
+    'direct_access_table': DirectAccessTableKernel,
+}
+"""Those there are to choose from (``matching.kernel``); they give the same bits."""
+
+
+@lru_cache(maxsize=2)
+def coded_bank(
+    bank: TemplateBank, levels: int, windows: WindowGrid, kernel: str
+) -> tuple[NDArray[np.uint8], CommonAreas]:
+    """
+    Code the templates of a bank; those of the last banks are kept, and nobody writes to them.
+
+    :param levels: grey levels of the templates.
+    :param windows: where templates are laid.
+    :param kernel: which of :data:`KERNELS` compares them.
+    :returns: the templates as they are compared, (V, P, H, W) uint8, and the kernel.
+    """
+    templates = quantize(bank.templates, levels)
+    if np.array_equal(templates, bank.templates):
+        templates = bank.templates
+    return templates, KERNELS[kernel](templates.reshape(-1, *bank.grid), windows)
 
 
 def check_frame(
     likelihood: NDArray[np.uint8],
-    stamp_ns: int,
     source_size: tuple[int, int],
     box: Box | None,
     angle: float,
@@ -54,7 +91,6 @@ def check_frame(
                 f'{name} must have the size of the likelihood and at least one pixel, got '
                 f'{array.shape} and {likelihood.shape}'
             )
-    check_stamp(stamp_ns)
     if not math.isfinite(angle):
         raise InputError(f'angle must be a finite number of radians, got {angle}')
     width, height = source_size
@@ -159,7 +195,7 @@ class SequenceMatcher:
             first n calls of a path return nothing.  Without a box, the last one is empty.
         :raises InputError: if a value cannot be used; the state is then as before.
         """
-        scale = check_frame(likelihood, stamp_ns, source_size, box, angle, known)
+        scale = check_frame(likelihood, source_size, box, angle, known)
         check_later(stamp_ns, self._stamp_ns)
         results: list[MatchResult] = []
         pause = (stamp_ns - self._stamp_ns) / 1e9
@@ -168,7 +204,31 @@ class SequenceMatcher:
         self._stamp_ns, self._track_id = stamp_ns, track_id
         if box is None:
             return [*results, MatchResult.nobody(stamp_ns, track_id, likelihood.shape)]
-        self._take_in(likelihood, known, box, scale, angle)
+        grid, begins = self._placements, not self._path.frames
+        if begins:
+            self._origin_ns = stamp_ns
+        seconds = (stamp_ns - self._origin_ns) / 1e9
+        small = box.scaled(scale)
+        searched = grid.everywhere if begins else self._about_path()
+        sampled = grid.sample(
+            likelihood, known, small, self.config.blur, angle, searched.slices[0]
+        )
+        similarity = self._similarities.update(sampled, searched)
+        if begins:
+            # Not the best template's, so that the order of the rows does not matter.
+            best = searched.place(int(similarity[:, : searched.size].max(axis=0).argmax()))
+            searched = searched.about(best, self._reach)
+            similarity = self._similarities.update(sampled, searched)
+        self._searched = searched
+        self._path.step(similarity, seconds, searched)
+        frame = _Waiting(stamp_ns, seconds, box, angle, scale, likelihood.shape, sampled)
+        self._waiting.append(frame)
+        leader = self._path.leader
+        self._place = leader[2:]
+        self._newest = placement, azimuth, _ = self._between(leader, 0, angle)
+        view = self._bank.builds[leader[0]], azimuth
+        body = placement.body(small, angle)
+        self._phase.update(likelihood, known, body, view, leader[1], seconds)
         if len(self._waiting) > self.config.lag:
             results.append(self._emit(self._path.follow()))
         return results
@@ -182,50 +242,20 @@ class SequenceMatcher:
         self._begin()
         return results
 
-    def _take_in(
-        self,
-        likelihood: NDArray[np.uint8],
-        known: NDArray[np.uint8] | None,
-        box: Box,
-        scale: float,
-        angle: float,
-    ) -> None:
-        """Match a frame and take it into the path and the phase."""
-        grid, begins = self._placements, self._path.frames == 0
-        if begins:
-            self._origin_ns = self._stamp_ns
-        seconds = (self._stamp_ns - self._origin_ns) / 1e9
-        small = box.scaled(scale)
-        searched = grid.everywhere if begins else self._about_path()
-        sampled = grid.sample(likelihood, known, small, self.config.blur, angle, searched.heights)
-        similarity = self._similarities.update(sampled, searched)
-        if begins:
-            # Not the best template's, so that the order of the rows does not matter.
-            best = searched.place(int(similarity[:, : searched.size].max(axis=0).argmax()))
-            searched = searched.about(best, self._reach)
-            similarity = self._similarities.update(sampled, searched)
-        self._searched = searched
-        self._path.step(similarity, seconds, searched)
-        frame = _Waiting(self._stamp_ns, seconds, box, angle, scale, likelihood.shape, sampled)
-        self._waiting.append(frame)
-        leader = self._path.leader
-        self._place = leader[2:]
-        self._newest = placement, azimuth, _ = self._between(leader, 0, angle)
-        view = self._bank.builds[leader[0]], azimuth
-        body = placement.body(small, angle)
-        self._phase.update(likelihood, known, body, view, leader[1], seconds)
-
     def _about_path(self) -> SearchRange:
         """
         Return the placements to search: those about where the path leads.
 
         They stay the same as long as the path is well within them.
         """
-        last, middle = self._searched, []
-        for axis, far in enumerate(self._reach):
-            center = last.first[axis] + last.shape[axis] // 2
-            kept = abs(self._place[axis] - center) < max(far - 1, 1)
-            middle.append(center if kept else self._place[axis])
+        last = self._searched
+        centers = [first + count // 2 for first, count in zip(last.first, last.shape, strict=True)]
+        middle = [
+            center if abs(at - center) < max(far - 1, 1) else at
+            for at, center, far in zip(self._place, centers, self._reach, strict=True)
+        ]
+        if middle == centers:
+            return last
         return self._placements.everywhere.about((middle[0], middle[1], middle[2]), self._reach)
 
     def _between(self, state: State, back: int, angle: float) -> tuple[Placement, float, float]:
@@ -234,8 +264,8 @@ class SequenceMatcher:
 
         :param back: frames since.
         """
-        beside = self._views.beside(state[0])
-        view, phase, *place = self._path.scores(back).offsets(state, beside, self._bank.phases)
+        scores, beside = self._path.frames[-1 - back].scores, self._views.beside[state[0]]
+        view, phase, *place = scores.offsets(state, beside)
         scale, row, column = (at + off for at, off in zip(state[2:], place, strict=True))
         placement = self._placements.placement(scale, row, column, angle)
         azimuth = self._views.azimuth(state[0], view)
@@ -251,18 +281,25 @@ class SequenceMatcher:
         frame = self._waiting.popleft()
         sequence, phase, scale, row, column = states[-1 - back].tolist()
         state = sequence, phase, scale, row, column
-        image, bank, rate = frame.sampled.images[scale], self._bank, self._phase.rate
+        images, known = frame.sampled.images, frame.sampled.known
+        bank, grid, rate = self._bank, self._placements, self._phase.clock.rate
         found_at = self._between(state, back, frame.angle) if back else self._newest
         placement, azimuth, expected = found_at
-        images = frame.sampled.images
         found = cv2.countNonZero(images.reshape(-1, images.shape[2])) > 0
         if not found:
             placement = Placement(0.0, 0.0, 1.0)
-        belief = self._phase.belief(back)
+        belief = self._phase.clock.belief(back)
         share, sure = phase_near(belief, self._near_leg.expected(frame.seconds, rate, expected))
         body, template = placement.body(frame.box, frame.angle), bank.templates[sequence, phase]
         height, width = frame.shape
-        grid = self._placements
+        part = grid.windows.part(row, column)
+        # Over the known pixels.
+        values, compared = images[scale][part], self._templates[sequence, phase]
+        if known is not None:
+            compared = np.minimum(compared, known[scale][part])
+        common = int(np.minimum(compared, values).sum(dtype=np.int64))
+        union = int(values.sum(dtype=np.int64)) + int(compared.sum(dtype=np.int64)) - common
+        searched = Placement(0.0, 0.0, float(grid.scales[scale])).body(frame.box, frame.angle)
         return MatchResult(
             stamp_ns=frame.stamp_ns,
             track_id=self._track_id,
@@ -273,28 +310,142 @@ class SequenceMatcher:
             phase=self._near_leg.update(share, azimuth, frame.seconds),
             phase_rate=rate,
             azimuth=azimuth,
-            similarity=self._similarity(frame.sampled, state),
+            similarity=common / union if union else 0.0,
             confidence=sure if found else 0.0,
             shape_prior=warp_template(
                 template, body.scaled(frame.scale), bank.fill, (height, width)
             ),
             box=refined_box(
-                image,
+                images[scale],
                 template,
-                grid.windows.part(row, column),
+                part,
                 grid.body,
-                grid.transform(frame.box, scale, frame.angle),
+                template_to_image(searched, *grid.windows.image_shape, grid.body),
             ),
         )
 
-    def _similarity(self, sampled: Sampled, state: State) -> float:
-        """Return the similarity of one template at one placement over the known pixels."""
-        sequence, phase, scale, row, column = state
-        part = (scale, *self._placements.windows.part(row, column))
-        template = self._templates[sequence, phase]
-        if sampled.known is not None:
-            template = np.minimum(template, sampled.known[part])
-        values = sampled.images[part]
-        common = int(np.minimum(template, values).sum(dtype=np.int64))
-        union = int(values.sum(dtype=np.int64)) + int(template.sum(dtype=np.int64)) - common
-        return common / union if union else 0.0
+
+class PeopleMatcher:
+    """
+    Matches the likelihoods of several people.
+
+    Where somebody who stands nearer to the camera, with lower feet, hides a person, the person's
+    likelihood says nothing; that is where the other one's last template stands in the new frame.
+
+    With a lag, empty slots would answer at once and others later; a frame is handed out when
+    all have answered.
+    """
+
+    def __init__(
+        self,
+        bank: TemplateBank,
+        config: MatchingConfig | None = None,
+        *,
+        max_people: int = 1,
+        threads: int = 1,
+    ) -> None:
+        """
+        Make a matcher for each slot.
+
+        :param bank: the sequences.
+        :param max_people: number of slots.
+        :param threads: how many work at a time.
+        """
+        self._bank = bank
+        self._crew = Crew(threads)
+        self._count = max_people
+        self.config = config or MatchingConfig()
+
+    @property
+    def config(self) -> MatchingConfig:
+        """Return the configuration; exchanging it begins all paths anew."""
+        return self._config
+
+    @config.setter
+    def config(self, config: MatchingConfig) -> None:
+        self._config = config
+        self._slots = [SequenceMatcher(self._bank, config) for _ in range(self._count)]
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all frames, also those whose results have not been handed out."""
+        for slot in self._slots:
+            slot.reset()
+        self._last: list[MatchResult | None] = [None] * self._count
+        # Each slot answers every frame once, in the order of the frames.
+        self._answers: list[deque[MatchResult]] = [deque() for _ in self._slots]
+        self._stamp_ns = 0
+
+    def update(
+        self, tracks: Sequence[TrackResult], *, source_size: tuple[int, int]
+    ) -> list[tuple[MatchResult, ...]]:
+        """
+        Take in a frame.
+
+        :param tracks: what the tracker says of each slot, all of one frame that is later than the
+            last one.
+        :param source_size: (width, height) of the source image.
+        :returns: the frames that are complete now, oldest first; of each, one result a slot.
+        :raises InputError: if a value cannot be used; the frame is then skipped in all slots.
+        """
+        for track in tracks:
+            # Before anybody's state is changed, and where others stand is drawn.
+            check_frame(track.likelihood, source_size, track.body, track.angle)
+        check_later(tracks[0].stamp_ns, self._stamp_ns)
+        self._stamp_ns = tracks[0].stamp_ns
+        calls = [
+            partial(
+                slot.update,
+                track.likelihood,
+                track.body,
+                track.stamp_ns,
+                track_id=track.track_id,
+                source_size=source_size,
+                known=self._known(track, tracks, source_size),
+                angle=track.angle,
+            )
+            for slot, track in zip(self._slots, tracks, strict=True)
+        ]
+        # Empty slots are not worth a thread.
+        asked = [call for call, track in zip(calls, tracks, strict=True) if track.body]
+        try:
+            found = iter(self._crew.run(asked))
+            pairs = zip(calls, tracks, strict=True)
+            return self._filed([next(found) if track.body else call() for call, track in pairs])
+        except Exception:
+            # Who has answered would be ahead of the others.
+            self.reset()
+            raise
+
+    def flush(self) -> list[tuple[MatchResult, ...]]:
+        """Return the results that the lag still holds back, and let the paths begin anew."""
+        return self._filed([slot.flush() for slot in self._slots])
+
+    def _known(
+        self, track: TrackResult, tracks: Sequence[TrackResult], source_size: tuple[int, int]
+    ) -> NDArray[np.uint8] | None:
+        """Return where others do not hide a person, None if that is everywhere."""
+        known, body = None, track.body
+        for other, last in zip(tracks, self._last, strict=True):
+            if last is None or last.placement is None or last.track_id != other.track_id:
+                continue
+            if other is track or other.state != TRACKED or other.body is None or body is None:
+                continue
+            if other.body.bottom <= body.bottom or other.body.iou(body) <= 0:
+                continue
+            height, width = track.likelihood.shape
+            where = last.placement.body(other.body, other.angle).scaled(width / source_size[0])
+            template = self._bank.templates[last.sequence, last.phase_index]
+            cover = warp_template(template, where, self._bank.fill, (height, width))
+            known = np.full((height, width), 255, np.uint8) if known is None else known
+            known[cover > 127] = 0
+        return known
+
+    def _filed(self, found: Sequence[list[MatchResult]]) -> list[tuple[MatchResult, ...]]:
+        """Take in the results of each slot, and return the frames that are complete."""
+        for index, results in enumerate(found):
+            self._answers[index].extend(results)
+            if results:
+                self._last[index] = results[-1]
+        complete = min(map(len, self._answers))
+        return [tuple(each.popleft() for each in self._answers) for _ in range(complete)]

@@ -5,29 +5,55 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.matching.common_areas import pitch_of
+from gait_segmentation.matching.common_areas import UNIT
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.placements import SearchRange
-from gait_segmentation.matching.views import Views, turned
 from gait_segmentation.matching.viterbi import FLOOR, advance, shifted, step_back
-
-UNIT = 2048
-"""Whole numbers that a similarity of 1 is in path scores."""
 
 _RATE_SPAN = 0.5
 """Seconds of path from which on its own rate is believed."""
+WIDEST = math.radians(46.0)
+"""Views farther apart are no neighbours, and have nothing between them."""
 _MOST_FRAMES = 64
 """Frames of a path, however many a second there are."""
 
 State = tuple[int, int, int, int, int]
 """Sequence, phase, scale, row and column."""
+
+_SIDES = np.stack([-np.eye(5, dtype=np.int64), np.eye(5, dtype=np.int64)])
+"""Steps to the states before and after a state, by axis."""
+
+
+class Views:
+    """The sequences of each build in the order of their azimuths: a ring, anticlockwise."""
+
+    def __init__(self, bank: TemplateBank) -> None:
+        """Order the sequences."""
+        self.azimuths = bank.azimuth.astype(np.float64)
+        self.rings: dict[str, NDArray[np.int64]] = {}
+        for build in dict.fromkeys(bank.builds):
+            views = np.array([k for k, name in enumerate(bank.builds) if name == build])
+            self.rings[build] = views[np.argsort(self.azimuths[views], kind='stable')]
+        self.beside: dict[int, tuple[int, int]] = {}
+        """The neighbouring views of the same build, clockwise and anticlockwise."""
+
+        for ring in self.rings.values():
+            sides = zip(np.roll(ring, 1).tolist(), np.roll(ring, -1).tolist(), strict=True)
+            self.beside.update(zip(ring.tolist(), sides, strict=True))
+
+    def azimuth(self, sequence: int, offset: float) -> float:
+        """Return the azimuth ``offset`` views beside a sequence, in radians in [-pi, pi]."""
+        own = float(self.azimuths[sequence])
+        other = float(self.azimuths[self.beside[sequence][offset > 0]])
+        gap = abs(math.remainder(other - own, 2 * math.pi))
+        return math.remainder(own if gap > WIDEST else own + offset * gap, 2 * math.pi)
 
 
 @dataclass(frozen=True)
@@ -42,33 +68,22 @@ class Scores:
     rows: NDArray[np.int16]
     searched: SearchRange
 
-    @classmethod
-    def empty(cls, sequences: int, phases: int, searched: SearchRange) -> Scores:
-        """Make undefined scores."""
-        return cls(np.empty((sequences, phases * pitch_of(searched.size)), np.int16), searched)
-
-    def of(self, sequence: int, phase: int) -> NDArray[np.int16]:
-        """Return the scores of a template, one for each lane, int16."""
-        start = phase * pitch_of(self.searched.size)
-        return self.rows[sequence, start : start + self.searched.size]
-
-    def at(self, sequence: int, phase: int, place: Sequence[int]) -> int:
-        """Return the score of a template at a placement."""
-        lane = self.searched.lane(*place)
-        return FLOOR if lane is None else int(self.of(sequence, phase)[lane])
+    @cached_property
+    def places(self) -> NDArray[np.int16]:
+        """Return the same scores without filling, (V, P, scales, rows, columns)."""
+        searched, views = self.searched, len(self.rows)
+        scores = self.rows.reshape(views, -1, searched.pitch)[..., : searched.size]
+        return scores.reshape(*scores.shape[:2], *searched.shape)
 
     def moved(self, searched: SearchRange, phases: int) -> Scores:
         """Return the scores where they are in another range of placements."""
         last = self.searched
-        if searched == last:
-            return self
-        shift = np.subtract(searched.first, last.first)
-        after = Scores.empty(len(self.rows), phases, searched)
-        lanes = pitch_of(last.size), pitch_of(searched.size)
-        shifted(self.rows, after.rows, phases, last.shape, searched.shape, lanes, shift)
-        return after
+        after = np.empty((len(self.rows), phases * searched.pitch), np.int16)
+        lanes, shift = (last.pitch, searched.pitch), np.subtract(searched.first, last.first)
+        shifted(self.rows, after, phases, last.shape, searched.shape, lanes, shift)
+        return Scores(after, searched)
 
-    def offsets(self, state: State, beside: tuple[int, int], phases: int) -> list[float]:
+    def offsets(self, state: State, beside: tuple[int, int]) -> list[float]:
         """
         Return how far beside a state the best place lies, in steps of -0.5 to 0.5.
 
@@ -77,24 +92,27 @@ class Scores:
         :param beside: the sequences beside the state's, clockwise and anticlockwise.
         :returns: for view, phase, scale, row and column.
         """
-        sequence, phase, *place = state
-        sides = [[(each, phase, place) for each in beside]]
-        sides.append([(sequence, (phase + step) % phases, place) for step in (-1, 1)])
-        for axis in range(3):
-            moved = [[at + step * (k == axis) for k, at in enumerate(place)] for step in (-1, 1)]
-            sides.append([(sequence, phase, each) for each in moved])
-        found, middle = [], self.at(sequence, phase, place)
-        for low, high in ((self.at(*one), self.at(*other)) for one, other in sides):
-            bend = 2 * middle - low - high
-            # What is at the floor has not been searched.
-            flat = min(low, high) <= FLOOR or bend <= 0
-            found.append(0.0 if flat else min(max(0.5 * (high - low) / bend, -0.5), 0.5))
-        return found
+        here = np.array(state) - (0, 0, *self.searched.first)
+        sides = here + _SIDES
+        sides[:, 0, 0] = beside
+        sides[:, 1, 1] %= self.places.shape[1]
+        inside = np.all((sides >= 0) & (sides < self.places.shape), axis=2, keepdims=True)
+        scores = self.places[tuple(np.where(inside, sides, here).transpose(2, 0, 1))]
+        low, high = np.where(inside[..., 0], scores.astype(np.int64), FLOOR)
+        bend = 2 * int(self.places[tuple(here)]) - low - high
+        # What is at the floor has not been searched.
+        curved = (np.minimum(low, high) > FLOOR) & (bend > 0)
+        vertex = 0.5 * (high - low) / np.maximum(bend, 1)
+        return np.where(curved, vertex, 0.0).clip(-0.5, 0.5).tolist()
 
 
 @dataclass(frozen=True)
-class _Frame:
-    """A frame of the search: its scores, its time, and costs of the step to it."""
+class PathFrame:
+    """
+    A frame of the search: its scores, its time, and (D,) int16 costs of the step to it.
+
+    These are in path units, of advancing by 0, 1, ... D - 1 phases; D is at most P.
+    """
 
     scores: Scores
     seconds: float
@@ -123,6 +141,7 @@ class PathSearch:
         self._row = row
         self._near, self._near_cost = view_changes(bank, config)
         self._move_cost = round(UNIT * config.move_cost)
+        self._slowest, self._fastest = config.slowest_rate, config.fastest_rate
         self._most_frames = max(config.lag + 2, _MOST_FRAMES)
         self.leading: NDArray[np.int16] = np.zeros((bank.sequences, bank.phases), np.int16)
         """(V, P) int16, the best score of each template in the newest frame."""
@@ -131,7 +150,9 @@ class PathSearch:
 
     def reset(self) -> None:
         """Forget all frames."""
-        self._frames: list[_Frame] = []
+        self.frames: list[PathFrame] = []
+        """Those in the window, the oldest first."""
+
         self._best, self._owed = 0, 0.0
         self.rate = self._config.middle_rate
         """Strides per second with which the path is expected to go on."""
@@ -141,15 +162,6 @@ class PathSearch:
         """The state of the newest frame to trace back from."""
 
         self._traced = np.empty((0, 5), np.int64)
-
-    @property
-    def frames(self) -> int:
-        """Return the number of frames in the window."""
-        return len(self._frames)
-
-    def scores(self, back: int) -> Scores:
-        """Return the scores of a frame; 0 = the newest, 1 the one before."""
-        return self._frames[-1 - back].scores
 
     def step(
         self,
@@ -165,16 +177,23 @@ class PathSearch:
         :param searched: the placements searched.
         """
         config, (views, phases) = self._config, self.leading.shape
-        after = Scores.empty(views, phases, searched)
-        before, passed = Scores.empty(0, phases, searched), 0.0
-        if self._frames:
-            before = self.scores(0).moved(searched, phases)
-            passed = seconds - self._frames[-1].seconds
+        after = Scores(np.empty((views, phases * searched.pitch), np.int16), searched)
+        before, passed = Scores(after.rows[:0], searched), 0.0
+        if self.frames:
+            before = self.frames[-1].scores
+            if before.searched != searched:
+                before = before.moved(searched, phases)
+            passed = seconds - self.frames[-1].seconds
         # What rounding leaves is owed to the next step, or all would go too slow or too fast.
         owed = self._owed + phases * self.rate * passed
         expected = round(owed)
         self._owed = owed - expected
-        costs = phase_costs(phases, passed, expected, config.fastest_rate, config.rate_cost)
+        # Of advancing by 0, 1, 2, ... phases: standing still is allowed, going back is not.
+        most = min(max(math.ceil(phases * self._fastest * passed - 1e-9), 1), phases - 1)
+        off = (abs(steps - min(expected, most)) / phases for steps in range(most + 1))
+        costs = np.array(
+            [min(round(UNIT * config.rate_cost * each), UNIT) for each in off], np.int16
+        )
         fading = min(int(32768 * math.exp(-passed / config.memory)), 32767)
         advance(
             before.rows,
@@ -190,17 +209,17 @@ class PathSearch:
             self._row,
             self.leading,
         )
-        frames = self._frames
+        frames = self.frames
         while frames and (
             len(frames) == self._most_frames
             or (len(frames) > config.lag + 1 and seconds - frames[1].seconds > config.window)
         ):
             del frames[0]
             self._traced = self._traced[1:]
-        frames.append(_Frame(after, seconds, costs))
+        frames.append(PathFrame(after, seconds, costs))
         self._best = int(self.leading.max())
         sequence, phase = self._leading_template()
-        lane = int(after.of(sequence, phase).argmax())
+        lane = int(after.places[sequence, phase].argmax())
         self.leader = sequence, phase, *searched.place(lane)
 
     def follow(self) -> NDArray[np.int64]:
@@ -209,30 +228,20 @@ class PathSearch:
 
         :returns: (N, 5), sequence, phase, scale, row and column of the frames, the oldest first.
         """
-        self._traced = states = self._trace(self.leader)
-        seconds = np.array([frame.seconds for frame in self._frames])
-        if seconds[-1] - seconds[0] >= _RATE_SPAN:
-            rate = self._measure(states[:, 1], seconds)
-            self.rate = min(max(rate, self._config.slowest_rate), self._config.fastest_rate)
-        self._followed = self.leader[:2]
-        return states
-
-    def _trace(self, leader: State) -> NDArray[np.int64]:
-        """Return the best path to a state of the newest frame, (N, 5), oldest frame first."""
-        states = np.empty((len(self._frames), 5), np.int64)
-        states[-1] = leader
+        states = np.empty((len(self.frames), 5), np.int64)
+        states[-1] = self.leader
         for index in range(len(states) - 1, 0, -1):
             if index < len(self._traced) and (states[index] == self._traced[index]).all():
                 # Where it meets the path traced before, they are the same.
                 states[:index] = self._traced[:index]
                 break
-            frame, scores = self._frames[index], self._frames[index - 1].scores
+            frame, scores = self.frames[index], self.frames[index - 1].scores
             step_back(
                 scores.rows,
                 frame.costs,
                 scores.searched.first,
                 scores.searched.shape,
-                pitch_of(scores.searched.size),
+                scores.searched.pitch,
                 self.leading.shape[1],
                 self._near,
                 self._near_cost,
@@ -240,6 +249,12 @@ class PathSearch:
                 states[index],
                 states[index - 1],
             )
+        self._traced = states
+        seconds = np.array([frame.seconds for frame in self.frames])
+        if seconds[-1] - seconds[0] >= _RATE_SPAN:
+            rate = self._measure(states[:, 1], seconds)
+            self.rate = min(max(rate, self._slowest), self._fastest)
+        self._followed = self.leader[:2]
         return states
 
     def _leading_template(self) -> tuple[int, int]:
@@ -251,10 +266,10 @@ class PathSearch:
         """
         phases = self.leading.shape[1]
         best = divmod(int(self.leading.argmax()), phases)
-        if self._followed is None or len(self._frames) < 2:
+        if self._followed is None or len(self.frames) < 2:
             return best
         view, phase = self._followed
-        passed = self._frames[-1].seconds - self._frames[-2].seconds
+        passed = self.frames[-1].seconds - self.frames[-2].seconds
         expected = phase + phases * self.rate * passed
         away = np.abs((np.arange(phases) - expected + phases / 2) % phases - phases / 2)
         family = [view, *self._near[view][self._near[view] >= 0].tolist()]
@@ -272,26 +287,6 @@ class PathSearch:
         return float(time @ strides / (time @ time))
 
 
-def phase_costs(
-    phases: int, seconds: float, expected: int, maximum_rate: float, cost: float
-) -> NDArray[np.int16]:
-    """
-    Return what it costs to advance by 0, 1, 2, ... phases between two frames.
-
-    Standing still is allowed and going back is not.
-
-    :param phases: phases of a stride.
-    :param seconds: time between the frames.
-    :param expected: how many are.
-    :param maximum_rate: most strides per second that are possible.
-    :param cost: similarity that a whole stride off the expectation costs.
-    :returns: (D,) int16 in path units, D at most ``phases``.
-    """
-    most = min(max(math.ceil(phases * maximum_rate * seconds - 1e-9), 1), phases - 1)
-    off = (abs(steps - min(expected, most)) / phases for steps in range(most + 1))
-    return np.array([min(round(UNIT * cost * each), UNIT) for each in off], np.int16)
-
-
 def view_changes(
     bank: TemplateBank, config: MatchingConfig
 ) -> tuple[NDArray[np.int32], NDArray[np.int16]]:
@@ -305,9 +300,10 @@ def view_changes(
     views = Views(bank)
     found = []
     for sequence, (azimuth, build) in enumerate(zip(bank.azimuth, bank.builds, strict=True)):
-        reached = dict.fromkeys(views.beside(sequence), config.view_cost)
+        reached = dict.fromkeys(views.beside[sequence], config.view_cost)
         for other, (direction, name) in enumerate(zip(bank.azimuth, bank.builds, strict=True)):
-            if name != build and abs(turned(float(direction) - float(azimuth))) < 1e-3:
+            away = math.remainder(float(direction) - float(azimuth), 2 * math.pi)
+            if name != build and abs(away) < 1e-3:
                 reached[other] = config.build_cost
         reached.pop(sequence, None)
         found.append(sorted(reached.items()))

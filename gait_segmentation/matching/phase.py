@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.matching.config import MatchingConfig
-from gait_segmentation.matching.phase_evidence import FineEvidence
+from gait_segmentation.matching.phase_evidence import FineEvidence, fine_views
 from gait_segmentation.matching.phase_filter import PhaseFilter
-from gait_segmentation.matching.views import fine_views
 
 
 class PhaseFinder:
@@ -33,7 +32,7 @@ class PhaseFinder:
         self._views = fine_views(bank)
         self._evidence = FineEvidence(self._views, bank.fill)
         self._body = SteadyBody()
-        self._clock = PhaseFilter(
+        self.clock = PhaseFilter(
             bank.phases,
             config.slowest_rate,
             config.fastest_rate,
@@ -45,7 +44,7 @@ class PhaseFinder:
     def reset(self) -> None:
         """Forget the walker."""
         self._body.reset()
-        self._clock.reset()
+        self.clock.reset()
         self._middle: float | None = None
 
     def update(
@@ -77,21 +76,10 @@ class PhaseFinder:
             mirrored = views.steps(build, middle, views.place(build, -azimuth))
             moved = min(moved, mirrored, key=abs)
         middle += moved
-        self._middle = float(views.azimuths[views.around(build, middle)[views.reach]])
-        wanted = self._clock.likely(seconds, moved)
-        evidence = self._evidence.at(
-            likelihood, known, body, views.around(build, middle), phase, wanted
-        )
-        self._clock.update(evidence, seconds, moved)
-
-    @property
-    def rate(self) -> float:
-        """Return the expected rate in strides per second, 0 before the first frame."""
-        return self._clock.rate
-
-    def belief(self, back: int = 0) -> NDArray[np.float64]:
-        """Return the probabilities of the phases in a frame, (P,); 0 = the newest frame."""
-        return self._clock.belief(back)
+        around = views.around(build, middle)
+        self._middle = float(views.azimuths[around[views.reach]])
+        wanted = self.clock.predict(seconds, moved)
+        self.clock.update(self._evidence.at(likelihood, known, body, around, phase, wanted))
 
 
 _FRAMES = 20

@@ -4,16 +4,22 @@
 
 from __future__ import annotations
 
-import dataclasses
+import math
+from functools import lru_cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import BodyFrame, compose, template_to_image
+from gait_segmentation.gait_model.bank import TemplateBank, fine_grid
+from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.kernels import kernel
-from gait_segmentation.matching.sampling import antialiasing_side, resampled
-from gait_segmentation.matching.views import FineViews
+from gait_segmentation.matching.path import WIDEST, Views
+from gait_segmentation.matching.placements import antialiasing_side, resampled
+
+_FINE_REACH = 3
+_ERROR = math.radians(7.0)
+"""By how much the view a path begins with is wrong, standard deviation."""
 
 HEIGHTS = (0.975, 1.0, 1.025)
 """Factors on the height of the body that are compared."""
@@ -30,6 +36,68 @@ _AROUND = np.ones((3, 3), np.uint8)
 _ALL = 255
 
 Floats = NDArray[np.float32]
+
+
+class FineViews(Views):
+    """
+    The walkers of a bank, in its finer views if it has such.
+
+    Views 22.5 degrees apart are too coarse for the phase of somebody seen from the front, and so
+    is blending them.  A *place* counts the views of a build anticlockwise.  Nothing is written
+    after making, so that matchers may share it.
+    """
+
+    def __init__(self, bank: TemplateBank) -> None:
+        """Take the finer views, or those that the bank is searched by."""
+        super().__init__(bank.finer or bank)
+        self.templates: NDArray[np.uint8] = (
+            _resized(bank.templates, fine_grid(bank.grid))
+            if bank.finer is None
+            else bank.finer.templates
+        )
+        """(V, P, h, w) uint8 in the grid of ``fine_grid``."""
+        rings = [self.azimuths[ring] for ring in self.rings.values()]
+        widest = max(np.diff(ring, append=ring[0] + 2 * math.pi).max() for ring in rings)
+        self._count = min(map(len, rings))
+        reach = 1 if bank.finer is None else _FINE_REACH
+        self.reach = 0 if widest > WIDEST else min(reach, (self._count - 1) // 2)
+        """How many views to either side are compared."""
+
+    def place(self, build: str, azimuth: float) -> int:
+        """Return the place of the view nearest to an azimuth."""
+        away = np.exp(1j * (self.azimuths[self.rings[build]] - azimuth)).real
+        return int(away.argmax())
+
+    def steps(self, build: str, start: int, end: int) -> int:
+        """Return the shorter way round from one place to another, positive anticlockwise."""
+        count = len(self.rings[build])
+        return (end - start + count // 2) % count - count // 2
+
+    def around(self, build: str, place: int) -> tuple[int, ...]:
+        """Return the indices of the views about a place, clockwise ones first."""
+        ring = self.rings[build]
+        reach = np.arange(-self.reach, self.reach + 1)
+        return tuple(ring[(place + reach) % len(ring)].tolist())
+
+    def likely(self) -> NDArray[np.float64]:
+        """Return how likely the views about a place are, (2 reach + 1,), if it was seen once."""
+        away = 2 * math.pi / self._count * np.arange(-self.reach, self.reach + 1)
+        return np.asarray(np.exp(-0.5 * (away / _ERROR) ** 2))
+
+
+@lru_cache(maxsize=2)
+def fine_views(bank: TemplateBank) -> FineViews:
+    """Return the views of a bank; those of the last banks are kept and shared."""
+    return FineViews(bank)
+
+
+def _resized(templates: NDArray[np.uint8], grid: tuple[int, int]) -> NDArray[np.uint8]:
+    """Resample (V, P, H, W) uint8 templates, averaging where they shrink."""
+    views, phases, height, width = templates.shape
+    result = np.empty((views * phases, *grid), np.uint8)
+    for index, template in enumerate(templates.reshape(-1, height, width)):
+        cv2.resize(template, grid[::-1], result[index], interpolation=cv2.INTER_AREA)
+    return result.reshape(views, phases, *grid)
 
 
 class FineEvidence:
@@ -85,7 +153,15 @@ class FineEvidence:
         """
         self._choose(views)
         shape = (*wanted.shape, self._squares.shape[1])
-        values, seen = self._sampled(likelihood, known, body)
+        rows, columns = (2 * side for side in self._views.templates.shape[2:])
+        grids = HEIGHTS, (rows + 2 * _MARGIN, columns + 2 * _MARGIN), self._fill * rows
+        side = antialiasing_side(body.height / grids[-1])
+        # From each half pixel of the views on, the mean over a pixel of them.
+        images, masks = resampled(likelihood, known, body, *grids, side)
+        values, seen = (
+            _paired(images),
+            None if masks is None else _paired(masks) / np.float32(_ALL),
+        )
         middle, inner = HEIGHTS.index(1.0), slice(_MARGIN, -_MARGIN, 2)
         levels = _levels(
             values[middle, inner, inner],
@@ -97,44 +173,20 @@ class FineEvidence:
         result = np.full(shape, -np.inf)
         seen = values[:0] if seen is None else seen
         weights = 4 * np.square(HEIGHTS)
-        images = values, seen, levels, self._part
-        _compare(self._templates, self._squares, *images, wanted, weights, result)
+        given = values, seen, levels, self._part, wanted
+        _compare(self._templates, self._squares, *given, weights, result)
         return result
-
-    def _sampled(
-        self, likelihood: NDArray[np.uint8], known: NDArray[np.uint8] | None, body: BodyFrame
-    ) -> tuple[Floats, Floats | None]:
-        """
-        Resample the likelihood at each height.
-
-        :returns: (S, 2 h + 4, 2 w + 4) float32, from each half pixel of the views on, the mean
-            over a pixel of them, up to 255; and the share known of that, None if all is.
-        """
-        height, width = (2 * side for side in self._views.templates.shape[2:])
-        size = (width + 2 * _MARGIN, height + 2 * _MARGIN)
-        shift = np.array([[1.0, 0.0, -_MARGIN], [0.0, 1.0, -_MARGIN]])
-        grids = []
-        for factor in HEIGHTS:
-            other = dataclasses.replace(body, height=body.height * factor)
-            grids.append(compose(template_to_image(other, height, width, self._fill), shift))
-        side = antialiasing_side(body.height / (self._fill * height))
-        images, masks = resampled(likelihood, known, grids, size, side)
-        return _paired(images), None if masks is None else _paired(masks) / np.float32(_ALL)
 
     def _choose(self, views: tuple[int, ...]) -> None:
         """Take the used part of the templates of some views, in 0..1."""
         if views == self._chosen:
             return
         chosen = self._views.templates[list(views)]
-        used = chosen.max(axis=(0, 1)) > 0
-        rows, columns = _span(used.any(axis=1)), _span(used.any(axis=0))
-        self._part = (
-            rows.start,
-            columns.start,
-            rows.stop - rows.start,
-            columns.stop - columns.start,
-        )
-        flat = chosen[:, :, rows, columns].astype(np.float32) / _ALL
+        left, top, width, height = cv2.boundingRect(chosen.max(axis=(0, 1)))
+        # At least one pixel.
+        self._part = top, left, max(height, 1), max(width, 1)
+        used = chosen[:, :, top : top + self._part[2], left : left + self._part[3]]
+        flat = used.astype(np.float32) / _ALL
         self._templates = np.ascontiguousarray(flat.reshape(*flat.shape[:2], -1))
         self._squares = (self._templates**2).sum(axis=2)
         self._chosen = views
@@ -162,12 +214,6 @@ def _levels(
         means.append(float((weight * values).sum()) / area)
     person, ground = means
     return (person, ground) if person - ground >= _LEAST_CONTRAST else None
-
-
-def _span(used: NDArray[np.bool_]) -> slice:
-    """Return the part of an axis that is used, at least one element."""
-    found = np.flatnonzero(used)
-    return slice(int(found[0]), int(found[-1]) + 1) if len(found) else slice(0, 1)
 
 
 def _paired(images: NDArray[np.uint8]) -> Floats:

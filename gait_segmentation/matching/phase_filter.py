@@ -49,7 +49,7 @@ _FLOOR = float(np.exp(-12.0))
 
 @dataclass(frozen=True)
 class _Step:
-    """A frame: the step to it, its likelihoods (..., P), and the belief after it (..., R, P)."""
+    """A frame: the step to it, its likelihoods (*cells, P), and the belief then (*cells, R, P)."""
 
     seconds: float
     passed: float
@@ -83,8 +83,8 @@ class PhaseFilter:
         :param slowest: strides per second, slowest walk; standing is always possible.
         :param fastest: strides per second, fastest walk.
         :param frames: how many frames back the belief may be asked for, 1 = the newest only.
-        :param cells: float64, how likely views, the first axis, and placements are at first;
-            they need not add up to 1.
+        :param cells: (views, heights, rows) float64, how likely they are at first; they need not
+            add up to 1.
         """
         walking = np.geomspace(max(slowest, 0.1 * fastest), fastest, _RATES - 1)
         self._rates = np.concatenate([[0.0], walking])
@@ -101,52 +101,52 @@ class PhaseFilter:
         """Forget all frames."""
         self._steps.clear()
 
-    def likely(self, seconds: float, moved: int = 0) -> NDArray[np.bool_]:
+    def predict(self, seconds: float, moved: int = 0) -> NDArray[np.bool_]:
         """
-        Tell which views and placements are worth to be looked at in the next frame.
+        Go on to the next frame, and tell which views and placements are worth to be looked at.
 
-        :param seconds: its time, later than the last frame's.
-        :param moved: see :meth:`update`.
-        :returns: (*cells) bool.
-        """
-        if not self._steps:
-            return self._cells > 0
-        last = self._steps[-1]
-        share = last.belief.sum(axis=(-2, -1))
-        share = self._diffused(_moved(share, moved, share.ndim), seconds - last.seconds)
-        return np.asarray(share > _UNLIKELY * share.sum())
-
-    def update(self, evidence: NDArray[np.float64], seconds: float, moved: int = 0) -> None:
-        """
-        Take in a frame.
-
-        :param evidence: (*cells, P) float64, how well each phase fits, up to a constant, -inf
-            where that is not known: see ``FineEvidence``.
         :param seconds: its time, later than the last frame's.
         :param moved: by how many views the first axis of the cells goes on since the last frame,
             because the person turns.
+        :returns: (*cells) bool.
+        """
+        if not self._steps:
+            self._next = seconds, 0.0, moved
+            return self._cells > 0
+        last = self._steps[-1]
+        passed = seconds - last.seconds
+        self._next = seconds, passed, moved
+        self._before = diffused(_moved(last.belief, moved), passed)
+        share = self._before.sum(axis=(-2, -1))
+        return np.asarray(share > _UNLIKELY * share.sum())
+
+    def update(self, evidence: NDArray[np.float64]) -> None:
+        """
+        Take in the frame that was predicted.
+
+        :param evidence: (*cells, P) float64, how well each phase fits, up to a constant, -inf
+            where that is not known: see ``FineEvidence``.
         """
         evidence = evidence.reshape(*self._cells.shape, -1)
         likelihood = np.exp((evidence - evidence.max()) / _NOISE)
         # No phase of a view that was looked at is ruled out by one frame; where nobody looked,
         # nothing is left.
         likelihood = np.where(np.isfinite(evidence), np.maximum(likelihood, _FLOOR), 0.0)
-        passed = 0.0
         if self._steps:
-            last = self._steps[-1]
-            passed = seconds - last.seconds
-            turn, exchange, kept = self._transition(passed)
-            before = self._diffused(_moved(last.belief, moved, self._cells.ndim), passed)
-            belief = np.zeros(before.shape)
+            turn, share, kept = self._transition(self._next[1])
+            belief = np.zeros(self._before.shape)
             looked = likelihood.any(axis=-1)
-            carried = _turned(_exchanged(before[looked], exchange, 1, 1), turn)
+            before = self._before[looked]
+            carried = np.empty_like(before)
+            exchange(before, share, 1, carried)
+            carried = _turned(carried, turn)
             anew = (1 - kept) * carried.sum(axis=(1, 2), keepdims=True)
             carried = kept * carried + anew * self._prior
             belief[looked] = carried * likelihood[looked][:, None]
         else:
             belief = self._cells[..., None, None] * self._prior * likelihood[..., None, :]
         belief /= belief.sum()
-        self._steps.append(_Step(seconds, passed, moved, likelihood, belief))
+        self._steps.append(_Step(*self._next, likelihood, belief))
 
     @property
     def rate(self) -> float:
@@ -174,13 +174,15 @@ class PhaseFilter:
 
     def _back(self, step: _Step, later: NDArray[np.float64] | float) -> NDArray[np.float64]:
         """Carry the likelihood of all later frames (..., R, P) to the frame before a step."""
-        turn, exchange, kept = self._transition(step.passed)
+        turn, share, kept = self._transition(step.passed)
         seen = np.broadcast_to(later * step.likelihood[..., None, :], step.belief.shape)
         # The way back is the transpose: the exchange is its own, that of a turn its conjugate.
-        back = _exchanged(_turned(seen, turn.conj()), exchange, -2, 1)
+        turned = _turned(seen, turn.conj())
+        back, shape = np.empty_like(turned), (-1, *turned.shape[-2:])
+        exchange(turned.reshape(shape), share, 1, back.reshape(shape))
         renewed = (self._prior * seen).sum(axis=(-2, -1), keepdims=True)
         back = kept * back + (1 - kept) * renewed
-        back = _moved(self._diffused(back, step.passed), -step.moved, self._cells.ndim)
+        back = _moved(diffused(back, step.passed), -step.moved)
         return np.asarray(back / back.max())
 
     def _transition(self, passed: float) -> tuple[NDArray[np.complex128], float, float]:
@@ -191,36 +193,18 @@ class PhaseFilter:
             that neighbouring rates exchange; and that which does not begin anew.
         """
         turn = np.exp(-1j * np.outer(self._rates * passed, self._waves))
-        exchange = min(0.3, 0.5 * _RATE_DIFFUSION**2 * passed / self._spacing**2)
-        return np.asarray(turn), exchange, math.exp(-_RENEWAL * passed)
-
-    def _diffused(self, belief: NDArray[np.float64], seconds: float) -> NDArray[np.float64]:
-        """Let neighbouring views and placements exchange a share, in a copy."""
-        share = min(0.3, _CELL_DIFFUSION * seconds)
-        for axis in range(self._cells.ndim):
-            belief = _exchanged(belief, share, axis)
-        return belief
-
-
-def _exchanged(
-    belief: NDArray[np.float64], share: float, axis: int, first: int = 0
-) -> NDArray[np.float64]:
-    """
-    Let neighbours along an axis exchange a share of their difference; its own adjoint.
-
-    :param first: from which one on.
-    """
-    belief = np.ascontiguousarray(belief)
-    axis %= belief.ndim
-    shape = math.prod(belief.shape[:axis]), belief.shape[axis], math.prod(belief.shape[axis + 1 :])
-    result = np.empty(belief.shape)
-    exchange(belief.reshape(shape), share, first, result.reshape(shape))
-    return result
+        share = min(0.3, 0.5 * _RATE_DIFFUSION**2 * passed / self._spacing**2)
+        return np.asarray(turn), share, math.exp(-_RENEWAL * passed)
 
 
 @kernel('f8[:,:,::1], f8, i8, f8[:,:,::1]')
 def exchange(before, share, first, after):  # type: ignore[no-untyped-def]
-    """Let neighbours along the middle axis exchange a share, from ``before`` to ``after``."""
+    """
+    Let neighbours along the middle axis exchange a share of their difference; its own adjoint.
+
+    :param before: float64, and ``after`` likewise, written.
+    :param first: from which one on.
+    """
     count = before.shape[1]
     for outer in range(len(before)):
         for place in range(count):
@@ -236,6 +220,22 @@ def exchange(before, share, first, after):  # type: ignore[no-untyped-def]
                     new[j] -= share * (old[j] - last[j])
 
 
+@kernel('f8[:,:,:,:,::1], f8')
+def diffused(belief, seconds):  # type: ignore[no-untyped-def]
+    """Let neighbouring views, heights and rows, the first axes, exchange a share, in a copy."""
+    share = min(0.3, _CELL_DIFFUSION * seconds)
+    one, other = np.empty_like(belief), np.empty_like(belief)
+    views, heights, rows, rates, phases = belief.shape
+    rest = rates * phases
+    shape = 1, views, heights * rows * rest
+    exchange(belief.reshape(shape), share, 0, one.reshape(shape))
+    shape = views, heights, rows * rest
+    exchange(one.reshape(shape), share, 0, other.reshape(shape))
+    shape = views * heights, rows, rest
+    exchange(other.reshape(shape), share, 0, one.reshape(shape))
+    return one
+
+
 def _turned(belief: NDArray[np.float64], turn: NDArray[np.complex128]) -> NDArray[np.float64]:
     """Move the phases of each rate, (..., R, P), on by a spectrum."""
     result = np.fft.irfft(np.fft.rfft(belief) * turn, belief.shape[-1])
@@ -243,16 +243,12 @@ def _turned(belief: NDArray[np.float64], turn: NDArray[np.complex128]) -> NDArra
     return np.asarray(np.maximum(result, 0.0))
 
 
-def _moved(belief: NDArray[np.float64], steps: int, axes: int) -> NDArray[np.float64]:
-    """
-    Take a belief to views that lie ``steps`` farther on; new views get what all have.
-
-    :param axes: number of axes of views and placements, the first ones.
-    """
+def _moved(belief: NDArray[np.float64], steps: int) -> NDArray[np.float64]:
+    """Take a belief to views that lie ``steps`` farther on; new views get what all have."""
     if steps == 0:
         return belief
     views = len(belief)
-    everywhere = belief.mean(axis=tuple(range(axes)), keepdims=True)
+    everywhere = belief.mean(axis=(0, 1, 2), keepdims=True)
     result = np.zeros_like(belief)
     if abs(steps) < views:
         low, high = max(0, -steps), min(views, views - steps)

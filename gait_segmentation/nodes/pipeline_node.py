@@ -79,7 +79,7 @@ class PipelineNode(CameraNode):
     def process(self, frame: Parts) -> None:
         """Run a frame through all stages."""
         image, stamp_ns = self.taken(frame)
-        results = self.stage.take(image, stamp_ns)
+        results = self.stage.update(image, stamp_ns, learn=False)
         self._held.hold(stamp_ns, (image, frame['image'].header))
         self._publish(results)
         self.stage.learn()

@@ -81,6 +81,9 @@ class Light:
         """Begin with the light of the first frame."""
         self.wave: _Wave | None = None
         self.faded = False
+        self.flickers = True
+        """Whether waves are looked for."""
+
         self._coloured = False
         self._logs = np.zeros(3, np.float32)
         self._known = BackgroundModel((0, 0))
@@ -92,13 +95,12 @@ class Light:
         """Return what the levels of blue, green and red must be multiplied with, (3,) float32."""
         return np.exp(self._logs)
 
-    def corrected(self, image: NDArray[np.uint8], *, gray: bool = False) -> NDArray[np.uint8]:
+    def measure(self, image: NDArray[np.uint8], *, gray: bool = False) -> None:
         """
         Take in a frame; one in which nothing can be seen says nothing.
 
         :param image: (h, w, 3) uint8 BGR.
         :param gray: whether its channels are all the same.
-        :returns: the frame as it would look in the first light; ``image`` itself if it does.
         """
         rows, columns = (max(size // _CELL, 1) for size in image.shape[:2])
         part = image[: rows * _CELL, : columns * _CELL]
@@ -108,8 +110,7 @@ class Light:
             self._coloured |= not gray
             self.faded = gray and self._coloured
             self._measure(cells)
-            self._now = self._undone(cells)
-        return self._undone(image)
+            self._now = self.undone(cells)
 
     def follow(self, motion: WorldMotion, people: NDArray[np.uint8]) -> None:
         """
@@ -157,7 +158,7 @@ class Light:
         shade, logs = _log_ratios(bright, bright_now), _log_ratios(mean, now)
         # Against the brightness, as what is not quite in place changes both.
         tints = logs - shade[..., None]
-        self.wave = _wave_in(shade, use)
+        self.wave = _wave_in(shade, use) if self.flickers else None
         if self.wave is not None:
             shade -= _along(self.wave, shape[0])[:, None]
         near = use & (np.abs(shade - median(shade[use])) < _ALIKE)
@@ -169,8 +170,8 @@ class Light:
                 self._logs = total.astype(np.float32)
         self._strange &= np.abs(shade - self._logs @ _GRAY) > _ALIKE
 
-    def _undone(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Return an image, (h, w, 3) uint8, in the first light; itself if it is."""
+    def undone(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return an image of the newest frame, (h, w, 3) uint8, in the first light."""
         if self.wave is None and not self._logs.any():
             return image
         if self.wave is None:

@@ -89,6 +89,7 @@ class WorkingImage:
         contrast: Contrast | None = None,
         *,
         texture: bool = True,
+        measure: bool = True,
     ) -> WorkingImage:
         """
         Scale a frame.
@@ -98,6 +99,7 @@ class WorkingImage:
         :param light: which is undone, if any.
         :param contrast: which spreads the levels, if any.
         :param texture: whether gradient energy stands for colours that there are not.
+        :param measure: whether the light is measured by it, or has been by the same frame.
         """
         small = shrink(image, shape)
         if small is image:
@@ -106,7 +108,9 @@ class WorkingImage:
         colourless, faded = is_gray(small), False
         if light is not None:
             # First, as light is a factor only of the levels as they came.
-            small, faded = light.corrected(small, gray=colourless), light.faded
+            if measure:
+                light.measure(small, gray=colourless)
+            small, faded = light.undone(small), light.faded
         gray = np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY))
         curve = None if contrast is None else contrast.curve_for(small)
         if curve is not None:

@@ -3,6 +3,6 @@
 """Segmentation: the graph cut that turns likelihood and shape prior into a silhouette."""
 
 from gait_segmentation.segmentation.config import SegmentationConfig
-from gait_segmentation.segmentation.people import PeopleMasks, PeopleSegmenter
+from gait_segmentation.segmentation.segmenter import PeopleMasks, PeopleSegmenter
 
 __all__ = ['PeopleMasks', 'PeopleSegmenter', 'SegmentationConfig']

@@ -131,4 +131,4 @@ def _rows(lab: NDArray[np.uint8], body: BodyFrame) -> NDArray[np.float32]:
 
 
 def _matrix(body: BodyFrame) -> NDArray[np.float64]:
-    return pixel_affine(template_to_image(body, _SIDE, _SIDE, _FILL))
+    return pixel_affine(template_to_image(body, _SIDE, _SIDE, _FILL * _SIDE))

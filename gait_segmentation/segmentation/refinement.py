@@ -105,7 +105,7 @@ def refine(
     found = Box.around(refined)
     if found is None:
         return refined
-    part = found.padded(reach + 1, reach + 1).slices(shape[1], shape[0])
+    part = found.slices(shape[1], shape[0], reach + 1)
     area = refined[part].view(np.uint8)
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
     given = cv2.erode(area, kernel).view(np.int8) + cv2.dilate(area, kernel).view(np.int8)

@@ -4,17 +4,30 @@
 
 from __future__ import annotations
 
+import functools
+import math
+from collections.abc import Sequence
 from copy import deepcopy
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import BodyFrame, Box, body_window
+from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import BodyFrame, Box, body_window, check_body
 from gait_segmentation.heat_maps import Grades, says_something
-from gait_segmentation.images import Window, shrink, signed_distance, size_of
+from gait_segmentation.images import (
+    Window,
+    check_image,
+    check_map,
+    same_proportions,
+    shrink,
+    signed_distance,
+)
 from gait_segmentation.paper.prior import paper_terms
 from gait_segmentation.paper.vocabulary import Vocabulary, default_vocabulary
+from gait_segmentation.people import Crew
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.graph_cut import (
@@ -104,7 +117,7 @@ class Segmenter:
         if match.track_id != self._track_id:
             self.reset()
             self._track_id = match.track_id
-        height, width = image.shape[:2]
+        config, (height, width) = self._config, image.shape[:2]
         if match.body is None:
             gone = 'the person is hidden or gone'
             return self._empty(image, match, gone if match.track_id else 'nobody is tracked')
@@ -114,73 +127,59 @@ class Segmenter:
         scale = likelihood.shape[1] / width
         body = match.body.scaled(scale)
         window = window_about(body, self._last, likelihood.shape)
-        if min(size_of(window)) <= 0:
-            return self._empty(image, match, 'the person is outside of the image')
-        crop = source_window(window, scale, (height, width))
-        # What is finer than the outline is cut is scaled down once, and all work on that.
-        source = finest(image[crop], likelihood[window].shape)
         given = likelihood[window]
+        if given.size == 0:
+            return self._empty(image, match, 'the person is outside of the image')
+        # The rows and columns of the source that the window covers.
+        ends = ((each.start / scale, each.stop / scale) for each in window)
+        rows, columns = (
+            slice(min(round(start), size), min(round(stop), size))
+            for (start, stop), size in zip(ends, (height, width), strict=True)
+        )
+        crop = rows, columns
+        # What is finer than the outline is cut is scaled down once, and all work on that.
+        source = finest(image[crop], given.shape)
         if taken is not None:
             given = given.copy()
             given[shrink(taken[crop], given.shape) > 127] = 0
         lab = cv2.cvtColor(shrink(source, given.shape), cv2.COLOR_BGR2Lab)
         # What sees nobody at all, or nothing else, is believed.
-        learns = (outside or self.config.outside) and self.config.use_colours
+        learns = (outside or config.outside) and config.use_colours
         learns = learns and says_something(given)
         evidence = self._calibrated(given) if learns else given
         prior, place = whole_prior[window], body.shifted(-window[1].start, -window[0].start)
-        labels, logit = self._cut(lab, evidence, prior, place, learns=learns)
-        if learns:
-            self._grades.learn(np.ascontiguousarray(given), labels.view(np.uint8))
-        if not labels.any():
-            return self._empty(image, match, _NOBODY)
-        found = Box.around(labels)
-        assert found is not None
-        self._last = found.shifted(window[1].start, window[0].start)
-        self._judge(match.similarity, labels, evidence)
-        self._carried.learn(evidence, place)
-        if self.config.use_refinement:
-            labels = refine(source, labels, logit, self.config.contrast)
-        mask = np.zeros((height, width), np.uint8)
-        fine = upsample(labels, size_of(crop))
-        np.multiply(fine.view(np.uint8), np.uint8(255), out=mask[crop])
-        if taken is not None:
-            mask[crop][taken[crop] > 0] = 0
-        if not mask[crop].any():
-            # Of so little that none of it is left at full resolution, or off those before.
-            return self._empty(image, match, _NOBODY)
-        return SegmentationResult(match.stamp_ns, match.track_id, mask, '')
-
-    def _cut(
-        self,
-        lab: NDArray[np.uint8],
-        evidence: NDArray[np.uint8],
-        prior: NDArray[np.uint8],
-        body: BodyFrame,
-        *,
-        learns: bool,
-    ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
-        """
-        Return the cut at working size, and the data term for the outline.
-
-        All that is given and returned is in the window.
-
-        :param learns: whether colours are learnt and used.
-        """
-        odds, psi = self._prior_terms(prior, lab, body)
+        odds, psi = self._prior_terms(prior, lab, place)
         logit = _LOGIT[evidence]
         if odds is not None:
             logit = logit + odds
         if learns:
-            labels, logit = self._cut_by_colours(lab, evidence, logit, psi, body)
+            labels, logit = self._cut_by_colours(lab, evidence, logit, psi, place)
         else:
             labels = self._solve(lab, logit, psi)
-        support = evidence.astype(np.float32) / np.float32(255)
-        known = None
+        support, known = evidence.astype(np.float32) / np.float32(255), None
         if odds is not None:
             support = (support + prior / np.float32(255)) / 2
-            known = (prior > 127) | self._carried.at(body, prior.shape)
-        return keep_supported(labels, support, known, body.height), logit
+            known = (prior > 127) | self._carried.at(place, prior.shape)
+        labels = keep_supported(labels, support, known, place.height)
+        if learns:
+            self._grades.learn(np.ascontiguousarray(given), labels.view(np.uint8))
+        found = Box.around(labels)
+        if found is None:
+            return self._empty(image, match, _NOBODY)
+        self._last = found.shifted(window[1].start, window[0].start)
+        self._judge(match.similarity, labels, evidence)
+        self._carried.learn(evidence, place)
+        if config.use_refinement:
+            labels = refine(source, labels, logit, config.contrast)
+        mask = np.zeros((height, width), np.uint8)
+        part = mask[crop]
+        np.multiply(upsample(labels, part.shape).view(np.uint8), np.uint8(255), out=part)
+        if taken is not None:
+            part[taken[crop] > 0] = 0
+        if not part.any():
+            # Of so little that none of it is left at full resolution, or off those before.
+            return self._empty(image, match, _NOBODY)
+        return SegmentationResult(match.stamp_ns, match.track_id, mask, '')
 
     def _calibrated(self, values: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return what a likelihood from outside is as earlier masks tell, (h, w) uint8."""
@@ -213,9 +212,9 @@ class Segmenter:
     ) -> NDArray[np.bool_]:
         """Return the cut of least energy."""
         graph = open_graph(decided(logit))
-        contrast_links(graph, lab, self.config.contrast)
+        contrast_links(graph, lab, self._config.contrast)
         if psi is not None:
-            distance_links(graph, psi, self.config.paper_weight)
+            distance_links(graph, psi, self._config.paper_weight)
         return minimum_cut(graph, logit.reshape(-1)[graph.pixels])
 
     def _prior_terms(
@@ -226,7 +225,7 @@ class Segmenter:
 
         Either is None where the prior says nothing.
         """
-        config, inside = self.config, prior > 127
+        config, inside = self._config, prior > 127
         if config.prior == 'paper':
             found = paper_terms(
                 prior,
@@ -290,8 +289,10 @@ def no_finer(
     :param body: in pixels of the image.
     :param width: of the image.
     """
-    rows, columns = window_about(body.scaled(likelihood.shape[1] / width), None, likelihood.shape)
-    pixels = max(rows.stop - rows.start, 0) * max(columns.stop - columns.start, 0)
+    pixels = likelihood.size
+    if pixels > _MOST_PIXELS:
+        small = body.scaled(likelihood.shape[1] / width)
+        pixels = likelihood[window_about(small, None, likelihood.shape)].size
     if pixels <= _MOST_PIXELS:
         return likelihood, prior
     factor = (_MOST_PIXELS / pixels) ** 0.5
@@ -313,10 +314,152 @@ def window_about(body: BodyFrame, last: Box | None, shape: tuple[int, int]) -> W
     return box.slices(shape[1], shape[0])
 
 
-def source_window(window: Window, scale: float, shape: tuple[int, int]) -> Window:
-    """Return the rows and columns of the source that a working window covers."""
-    rows, columns = (
-        slice(min(round(part.start / scale), size), min(round(part.stop / scale), size))
-        for part, size in zip(window, shape, strict=True)
-    )
-    return rows, columns
+@dataclass(frozen=True)
+class PeopleMasks:
+    """
+    The silhouettes of all people in one frame.
+
+    ``people`` has one result a slot.  ``mask`` is (H, W) uint8 0/255, their union; ``labels`` is
+    (H, W) uint8, 0 or slot + 1.  No pixel belongs to two people.
+    """
+
+    people: tuple[SegmentationResult, ...]
+    mask: NDArray[np.uint8]
+    labels: NDArray[np.uint8]
+
+
+class PeopleSegmenter:
+    """
+    Cuts several people out of frame after frame.
+
+    Where they overlap they are cut out from the nearest to the farthest, and what one has got the
+    next cannot have: each pixel has one owner.  Nearer is who has the lower feet.
+    """
+
+    def __init__(
+        self, config: SegmentationConfig | None = None, *, max_people: int = 1, threads: int = 1
+    ) -> None:
+        """
+        Make a segmenter for each slot.
+
+        :param max_people: number of slots.
+        :param threads: how many work at a time.
+        """
+        config = config or SegmentationConfig()
+        self._slots = [Segmenter(config) for _ in range(max_people)]
+        self._crew = Crew(threads)
+
+    @property
+    def config(self) -> SegmentationConfig:
+        """Return the configuration in force; it may be exchanged between frames."""
+        return self._slots[0].config
+
+    @config.setter
+    def config(self, config: SegmentationConfig) -> None:
+        for slot in self._slots:
+            slot.config = config
+
+    def reset(self) -> None:
+        """Forget everybody."""
+        for slot in self._slots:
+            slot.reset()
+
+    def update(
+        self,
+        image: NDArray[np.uint8],
+        likelihoods: Sequence[NDArray[np.uint8]],
+        matches: Sequence[MatchResult],
+        *,
+        outside: bool = False,
+    ) -> PeopleMasks:
+        """
+        Segment one frame.
+
+        :param image: (H, W, 3) uint8 BGR, the source frame with the stamp of the matches.
+        :param likelihoods: (h, w) uint8, the foreground likelihood image of each slot.
+        :param matches: the matched template of each slot.
+        :param outside: whether the likelihoods come from outside, not from the tracker.
+        :raises InputError: if shapes or types do not fit, or a body makes no sense.
+        """
+        check_image(image)
+        if not len(likelihoods) == len(matches) == len(self._slots):
+            raise InputError(
+                f'there must be {len(self._slots)} likelihoods and matches, one a slot, got '
+                f'{len(likelihoods)} and {len(matches)}'
+            )
+        for likelihood, match in zip(likelihoods, matches, strict=True):
+            # Before anybody's state is changed.
+            prior, shape = match.shape_prior, likelihood.shape
+            check_map(likelihood, 'likelihood')
+            check_map(prior, 'shape prior')
+            if shape != prior.shape:
+                raise InputError(
+                    f'likelihood and shape prior must have the same size, got {shape} '
+                    f'and {prior.shape}'
+                )
+            smaller = all(size <= whole for size, whole in zip(shape, image.shape, strict=False))
+            if not smaller or not same_proportions(shape, image.shape[:2]):
+                raise InputError(
+                    f'likelihood must have the proportions of the image {image.shape[:2]} and be '
+                    f'no larger, got {shape}'
+                )
+            if match.body is not None:
+                check_body(match.body, (image.shape[1], image.shape[0]))
+        tasks = [
+            functools.partial(self._cut_out, group, image, likelihoods, matches, outside=outside)
+            for group in _groups(matches)
+        ]
+        found = {slot: each for part in self._crew.run(tasks) for slot, each in part.items()}
+        people = tuple(found[slot] for slot in range(len(self._slots)))
+        if len(people) == 1:
+            mask = people[0].mask
+            return PeopleMasks(people, mask, mask & np.uint8(1))
+        labels = np.zeros(image.shape[:2], np.uint8)
+        for slot, each in enumerate(people):
+            labels[each.mask > 0] = slot + 1
+        return PeopleMasks(people, np.where(labels > 0, np.uint8(255), np.uint8(0)), labels)
+
+    def _cut_out(
+        self,
+        group: Sequence[int],
+        image: NDArray[np.uint8],
+        likelihoods: Sequence[NDArray[np.uint8]],
+        matches: Sequence[MatchResult],
+        *,
+        outside: bool,
+    ) -> dict[int, SegmentationResult]:
+        """Cut out slots one after the other; what those before have got is taken."""
+        found: dict[int, SegmentationResult] = {}
+        for slot in group:
+            masks = [each.mask for other, each in found.items() if _touch(matches, slot, other)]
+            taken = functools.reduce(np.bitwise_or, masks) if masks else None
+            found[slot] = self._slots[slot].update(
+                image, likelihoods[slot], matches[slot], taken, outside=outside
+            )
+        return found
+
+
+def _groups(matches: Sequence[MatchResult]) -> list[list[int]]:
+    """Return the slots in groups that do not touch each other, in each the nearest first."""
+    feet = [
+        -math.inf if body is None else body.center_y + 0.5 * body.height * math.cos(body.angle)
+        for body in (match.body for match in matches)
+    ]
+    order = sorted(range(len(matches)), key=feet.__getitem__, reverse=True)
+    groups: list[list[int]] = []
+    for slot in order:
+        touching = [group for group in groups if any(_touch(matches, slot, k) for k in group)]
+        joined = [each for each in order if any(each in group for group in touching)]
+        groups = [group for group in groups if group not in touching]
+        groups.append([*joined, slot])
+    return groups
+
+
+def _touch(matches: Sequence[MatchResult], one: int, two: int) -> bool:
+    first, second = matches[one].body, matches[two].body
+    return first is not None and second is not None and _reach(first).iou(_reach(second)) > 0
+
+
+def _reach(body: BodyFrame) -> Box:
+    """Return the box that a person's mask may fill."""
+    return Box.from_center(body.center_x, body.center_y, 1.4 * body.height, 1.4 * body.height)

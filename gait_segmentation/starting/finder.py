@@ -22,12 +22,12 @@ from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import check_image, tanimoto
+from gait_segmentation.images import tanimoto
+from gait_segmentation.scene.scene import Scene, WholeView
 from gait_segmentation.scene.working import working_shape
-from gait_segmentation.stamps import check_stamp
 from gait_segmentation.starting.blobs import Blob, BodyShapes, normalised
 from gait_segmentation.starting.config import StartingConfig
-from gait_segmentation.starting.motion_scene import MotionScene, SceneFrame
+from gait_segmentation.starting.moving import MotionDetector, MovingRegions
 
 MODEL_FILE = Path(__file__).with_name('walking.json')
 _MODEL = json.loads(MODEL_FILE.read_text(encoding='utf-8'))
@@ -177,60 +177,56 @@ class WalkerFinder:
         self.config = config or StartingConfig()
         self._people = people
         self._shapes = BodyShapes(bank, _STEP)
+        self._detector: MotionDetector | None = None
         self.reset()
 
     def reset(self) -> None:
-        """Forget the scene and everybody in it."""
-        self._scene: MotionScene | None = None
-        self._size, self._scale = (0, 0), 1.0
-        self._stamp_ns = 0
+        """Forget everybody, and let the scene go on without the search."""
+        if self._detector is not None:
+            self._detector.close()
+        self._detector = None
+        self._scale, self._stamp_ns = 1.0, 0
         self._candidates: list[Candidate] = []
         self._judged: list[tuple[Box, dict[str, float]]] = []
         self._nobody: list[tuple[Box, float]] = []
 
     def update(
         self,
-        image: NDArray[np.uint8],
-        stamp_ns: int,
+        scene: Scene,
         occupied: Sequence[Box] = (),
         *,
         tried: Sequence[Box] = (),
         wanted: bool = True,
     ) -> list[Box]:
         """
-        Take in a frame.
+        Look at the newest frame of a scene; after a pause it begins anew.
 
-        A stamp that goes back, a pause or another size of the image begins anew.
-
-        :param image: (H, W, 3) uint8 BGR.
-        :param stamp_ns: its stamp in nanoseconds.
+        :param scene: the same as before; see :meth:`reset`.
         :param occupied: boxes of people known already, in source pixels.
         :param tried: boxes of people found who are still on trial, likewise.
         :param wanted: whether anybody is to be found; if not, what moves is followed only.
         :returns: tight boxes of people who walk and are not known, in source pixels.
-        :raises InputError: if the image is no BGR image or the stamp is not positive.
         """
-        check_image(image)
-        check_stamp(stamp_ns)
-        size = (image.shape[0], image.shape[1])
+        stamp_ns = scene.stamp_ns
         pause = (stamp_ns - self._stamp_ns) / 1e9
-        if self._scene is not None and 0 <= pause < _LEAST_PERIOD_S and size == self._size:
+        if self._detector is not None and pause < _LEAST_PERIOD_S:
             return []
-        if self._scene is None or size != self._size or not 0 < pause < _PAUSE_S:
+        if self._detector is None or pause >= _PAUSE_S:
             self.reset()
+            size = max(scene.source)
             searched = float(self.config.search_size)
             if self._people > 1:
                 # Finer, as there may be a crowd.
-                searched = max(searched, min(_FINEST * max(size), _LARGEST))
-            self._size, self._scale = size, min(1.0, searched / max(size))
-            self._scene = MotionScene(size, working_shape(*size, self._scale))
+                searched = max(searched, min(_FINEST * size, _LARGEST))
+            self._scale = min(1.0, searched / size)
+            self._detector = MotionDetector(scene, working_shape(*scene.source, self._scale))
         self._stamp_ns = stamp_ns
         seconds = stamp_ns / 1e9
         taken, doubtful = (
             [box.scaled(self._scale) for box in boxes] for boxes in (occupied, tried)
         )
         self._nobody = [each for each in self._nobody if seconds < each[1]]
-        frame = self._scene.update(image, stamp_ns, taken, [box for box, _ in self._nobody])
+        frame = self._detector.update(taken, [box for box, _ in self._nobody])
         wanted = wanted and self.config.auto_init != 'none'
         self._follow(frame, seconds)
         self._judged = []
@@ -250,7 +246,7 @@ class WalkerFinder:
         there = (each.evidence for each in self._there(box))
         return max(there, default=0.0) / self.config.least_evidence
 
-    def refute(self, box: Box) -> None:
+    def reject(self, box: Box) -> None:
         """
         Take in that somebody found was nobody: more is asked for where that moves, for a time.
 
@@ -267,17 +263,12 @@ class WalkerFinder:
         known = [box.scaled(self._scale)]
         return [each for each in self._candidates if belongs(each.box, known)]
 
-    def past(self, stamp_ns: int) -> MotionScene | None:
-        """
-        Return what the place looked like before there was anybody, None if it is not known.
+    @property
+    def background(self) -> WholeView | None:
+        """Return the scene as it was before there was anybody, None if it is not known."""
+        return None if self._detector is None else self._detector.known
 
-        :param stamp_ns: the stamp of the newest frame.
-        """
-        scene = self._scene
-        known = scene is not None and scene.is_known and stamp_ns == self._stamp_ns
-        return scene if known else None
-
-    def _follow(self, frame: SceneFrame, seconds: float) -> None:
+    def _follow(self, frame: MovingRegions, seconds: float) -> None:
         dx, dy = frame.shift
         for each in self._candidates:
             each.box, each.trail = each.box.shifted(dx, dy), each.trail.shifted(dx, dy)
@@ -287,7 +278,7 @@ class WalkerFinder:
         self._candidates = follow(self._candidates, frame.blobs, seconds, self.config.least_height)
 
     def _look(
-        self, frame: SceneFrame, known: Sequence[Box], tried: Sequence[Box], seconds: float
+        self, frame: MovingRegions, known: Sequence[Box], tried: Sequence[Box], seconds: float
     ) -> list[Box]:
         """
         Add up the evidence of each candidate, and return tight boxes of walkers, tallest first.

@@ -83,6 +83,11 @@ class TrackingConfig(StageConfig):
         minimum=0.0,
         maximum=0.1,
     )
+    use_competition: bool = parameter(True, 'Share pixels out between people.', fixed=True)
+    use_light: bool = parameter(True, 'Undo what light does to the levels.', fixed=True)
+    use_flicker: bool = parameter(True, 'Undo the bands of lamps that flicker, too.', fixed=True)
+    use_fade: bool = parameter(True, 'Keep what is known when the colours go.', fixed=True)
+    use_contrast: bool = parameter(True, 'Spread the levels where few are used.', fixed=True)
     use_background: bool = parameter(
         True, 'Learn the background pixel by pixel and use it in the likelihood ratio.'
     )

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The people of one world: followed, judged and learnt together, since they may overlap."""
+"""The people of one view: predicted, observed and corrected together, since they may overlap."""
 
 from __future__ import annotations
 
@@ -10,180 +10,143 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import NO_CHROMA, NO_GRADIENT
-from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window, overlap, size_of, within
 from gait_segmentation.results import LOST, TRACKED, Feedback
-from gait_segmentation.tracking.competition import compete
+from gait_segmentation.scene.scene import View
+from gait_segmentation.tracking.association import associate
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.learning import grown, learn as teach
 from gait_segmentation.tracking.likelihood import likelihood_image
-from gait_segmentation.tracking.redetection import recover
-from gait_segmentation.tracking.target import Target
-from gait_segmentation.tracking.world import World
-
-_GAP_S = 0.5
-"""Time between two frames from which on nobody is followed from one to the other."""
+from gait_segmentation.tracking.masks import grown
+from gait_segmentation.tracking.reidentification import reacquire
+from gait_segmentation.tracking.track import Track
 
 Likelihoods = dict[int, NDArray[np.uint8]]
 
-Place = tuple[Target, Window, NDArray[np.uint8]]
+Place = tuple[Track, Window, NDArray[np.uint8]]
 """Where somebody is expected: rows and columns about them, and (h, w) uint8 0/255 of these."""
 
 
-def follow(
-    world: World,
-    targets: Sequence[Target],
-    image: NDArray[np.uint8],
-    stamp_ns: int,
-    config: TrackingConfig,
-    heat: HeatMap | None = None,
-) -> None:
+def visible_silhouettes(tracks: Sequence[Track]) -> dict[int, NDArray[np.uint8]]:
     """
-    Take a frame into a world and follow its people.
+    Return what of each person can be followed into the next frame, without what others hide.
 
-    After a gap they are lost, to be looked for from where they were: nothing tells how they went.
-
-    :param targets: all people of the world.
-    :param image: (H, W, 3) uint8 BGR.
-    :param heat: P(person) from elsewhere, of this frame or one before.
+    :param tracks: all people of a view.
+    :returns: by track id (h, w) uint8 of the window about the person.
     """
-    if world.gap_s(stamp_ns) > _GAP_S:
-        for target in targets:
-            target.stay()
-    seen = [target for target in targets if target.state == TRACKED]
-    masks = [(target, target.window, target.carried_mask()) for target in seen]
-    visible = {
-        target.track_id: _uncovered(target, target.carried_part(), masks) for target in seen
-    }
-    motion = world.advance(
-        image,
-        stamp_ns,
-        [target.person.area for target in targets],
-        camera=config.use_ego_motion,
-        texture=config.use_texture,
-        everywhere=len(seen) < len(targets),
-        heat=heat,
-    )
-    for target in targets:
-        if world.fades:
-            target.fade(NO_GRADIENT if world.now.image.textured else NO_CHROMA)
-        target.follow(motion, visible.get(target.track_id))
+    seen = [track for track in tracks if track.state == TRACKED]
+    masks = [(track, track.window, track.expected_mask()) for track in seen]
+    visible = {}
+    for track, window, _ in masks:
+        silhouette = track.silhouette()
+        if silhouette is not None:
+            hidden = _occluder(track, masks, window)
+            if hidden is not None:
+                silhouette = np.asarray(cv2.bitwise_and(silhouette, cv2.bitwise_not(hidden)))
+            visible[track.track_id] = silhouette
+    return visible
 
 
-def judge(world: World, targets: Sequence[Target]) -> Likelihoods:
+def observe(view: View, tracks: Sequence[Track]) -> Likelihoods:
     """
-    Let people compete for pixels, assess each by what it got, and look for the lost.
+    Associate pixels with people, observe each by what it got, and look for the lost.
 
-    :param targets: all people of the world.
+    :param tracks: all people of the view.
     :returns: the likelihoods, (h, w) uint8, by track id.
     """
     likelihoods: Likelihoods = {}
-    if world.now.blank:
-        for target in targets:
-            target.miss()
+    if view.now.blank:
+        for track in tracks:
+            track.miss()
         return likelihoods
-    _notice_jolt(world, targets)
-    judged = [(target, target.judge()) for target in targets]
-    present = [(target, claim) for target, claim in judged if claim is not None]
-    logits = compete([claim for _, claim in present])
-    for target, nothing in judged:
-        if nothing is None and target.state == TRACKED:
-            target.lose()
+    _notice_jolt(view, tracks)
+    judged = [(track, track.claim()) for track in tracks]
+    present = [(track, claim) for track, claim in judged if claim is not None]
+    logits = [claim.logit for _, claim in present]
+    if all(track.config.use_competition for track in tracks):
+        logits = associate([claim for _, claim in present])
     masks: list[Place] = []
-    for (target, claim), logit in zip(present, logits, strict=True):
-        likelihoods[target.track_id] = likelihood_image(logit, claim.window, world.shape)
-        masks.append((target, claim.window, claim.mask))
-    for target, claim in present:
-        if target.state == TRACKED:
-            cover = _cover(target, masks, claim.window)
-            target.assess(likelihoods[target.track_id], claim, cover)
-    lost = [each for each in targets if each.state == LOST and each.lost_s > 0]
+    for (track, claim), logit in zip(present, logits, strict=True):
+        likelihoods[track.track_id] = likelihood_image(logit, claim.window, view.shape)
+        masks.append((track, claim.window, claim.mask))
+    for track, claim in present:
+        if track.state == TRACKED:
+            occluder = _occluder(track, masks, claim.window)
+            track.observe(likelihoods[track.track_id], claim, occluder)
+    lost = [each for each in tracks if each.state == LOST and each.lost_s > 0]
     if lost:
-        taken = np.zeros(world.shape, np.uint8)
-        for target in targets:
-            if target.state == TRACKED:
-                _take(taken, target, likelihoods[target.track_id])
-        claims = {target.track_id: claim for target, claim in present}
-        for target in lost:
-            likelihood = likelihoods.get(target.track_id)
-            found = recover(target, claims.get(target.track_id), likelihood, taken)
+        taken = np.zeros(view.shape, np.uint8)
+        for track in tracks:
+            if track.state == TRACKED:
+                _take(taken, track, likelihoods[track.track_id])
+        claims = {track.track_id: claim for track, claim in present}
+        for track in lost:
+            track.found, number = False, track.track_id
+            found = reacquire(track, claims.get(number), likelihoods.get(number), taken)
             if found is not None:
-                likelihoods[target.track_id] = found
-                _take(taken, target, found)
+                likelihoods[number] = found
+                _take(taken, track, found)
     return likelihoods
 
 
-def _notice_jolt(world: World, targets: Sequence[Target]) -> None:
-    """See how far the background is off in the newest frame, beside where people are expected."""
-    people = np.zeros(world.shape, np.uint8)
-    seen = [target for target in targets if target.state == TRACKED]
-    for target in seen:
-        people[target.window] |= target.carried_mask()
-    if people.any():
-        where, margin = grown(people, max(target.person.height for target in seen))
-        people[where] = margin
-        windows = [target.window for target in seen]
-        world.now.background.notice_jolt(world.now.image.lab, people, windows)
-
-
-def learn(
-    world: World,
-    targets: Sequence[Target],
+def correct(
+    view: View,
+    tracks: Sequence[Track],
     stamp_ns: int,
     by_track: Mapping[int, Feedback],
     config: TrackingConfig,
 ) -> None:
     """
-    Learn a frame in one world: people first, then what surrounds all of them.
+    Learn a frame: people first, then what surrounds all of them.
 
-    :param targets: all people of the world.
+    :param tracks: all people of the view.
     :param by_track: the masks of that frame by track id.
     """
-    skipped, record = world.take(stamp_ns)
-    for each in skipped:
-        for target in targets:
-            target.skip(each)
-    if record is None:
+    frame = view.take(stamp_ns)
+    if frame is None:
         return
-    people = np.zeros(world.shape, np.uint8)
+    people = np.zeros(view.shape, np.uint8)
     around: list[Window] = []
-    for target in targets:
-        if target.track_id not in record.bodies:
+    for track in tracks:
+        state = track.state_in(frame)
+        if state is None:
             continue
-        alone = not any(target.is_near(other) for other in targets if other is not target)
-        learnt = teach(target, record, by_track.get(target.track_id), alone=alone)
+        alone = not any(track.is_near(other) for other in tracks if other is not track)
+        learnt = track.correct(state, by_track.get(track.track_id), alone=alone)
         if learnt is None:
-            people[target.person.area.slices(world.shape[1], world.shape[0])] = 255
+            people[track.pose.area.slices(view.shape[1], view.shape[0])] = 255
         else:
-            window, (where, margin) = learnt
-            people[where] |= margin
+            window, where, mask = learnt
+            people[where] |= mask
             around.append(window)
     if around and config.use_background:
-        world.learn(record, people, around, gate=config.use_motion_gate)
+        view.learn(frame, people, around, gate=config.use_motion_gate)
 
 
-def _cover(target: Target, masks: Sequence[Place], window: Window) -> NDArray[np.uint8] | None:
-    """Return where in a window a person is hidden by those who stand nearer, None if nowhere."""
-    cover = None
+def _notice_jolt(view: View, tracks: Sequence[Track]) -> None:
+    """See how far the background is off in the newest frame, beside where people are expected."""
+    people = np.zeros(view.shape, np.uint8)
+    seen = [track for track in tracks if track.state == TRACKED]
+    for track in seen:
+        people[track.window] |= track.expected_mask()
+    if people.any():
+        where, margin = grown(people, max(track.pose.height for track in seen))
+        people[where] = margin
+        view.background.notice_jolt(view.now.image.lab, people, [track.window for track in seen])
+
+
+def _occluder(track: Track, masks: Sequence[Place], window: Window) -> NDArray[np.uint8] | None:
+    """Return where in a window those who stand nearer hide somebody, None if nowhere."""
+    occluder = None
     for other, about, mask in masks:
-        nearer = other is not target and other.state != LOST and other.feet > target.feet
+        nearer = other is not track and other.state != LOST and other.pose.feet > track.pose.feet
         if nearer and (shared := overlap(about, window)) is not None:
-            if cover is None:
-                cover = np.zeros(size_of(window), np.uint8)
-            cover[within(shared, window)] |= mask[within(shared, about)]
-    return cover
+            if occluder is None:
+                occluder = np.zeros(size_of(window), np.uint8)
+            occluder[within(shared, window)] |= mask[within(shared, about)]
+    return occluder
 
 
-def _uncovered(
-    target: Target, mask: NDArray[np.uint8], masks: Sequence[Place]
-) -> NDArray[np.uint8]:
-    """Return the mask about a person without what others hide of it."""
-    cover = _cover(target, masks, target.window)
-    return mask if cover is None else np.asarray(cv2.bitwise_and(mask, cv2.bitwise_not(cover)))
-
-
-def _take(taken: NDArray[np.uint8], target: Target, likelihood: NDArray[np.uint8]) -> None:
+def _take(taken: NDArray[np.uint8], track: Track, likelihood: NDArray[np.uint8]) -> None:
     """Mark the likely pixels where somebody is expected, in images of the working size."""
-    likely = likelihood[target.window] > 127
-    taken[target.window] |= np.where(likely, target.carried_mask(), 0)
+    likely = likelihood[track.window] > 127
+    taken[track.window] |= np.where(likely, track.expected_mask(), 0)

@@ -11,23 +11,29 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.colour import NO_CHROMA, NO_GRADIENT
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, check_body, check_start_box
 from gait_segmentation.heat_maps import HeatMap, HeatMaps
 from gait_segmentation.images import check_image, shrink
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
+from gait_segmentation.scene.scene import Scene, SceneOptions, View, WholeView
 from gait_segmentation.scene.working import working_scale, working_shape
 from gait_segmentation.stamps import check_later, check_stamp
 from gait_segmentation.starting import StartingConfig, WalkerFinder
+from gait_segmentation.starting.map_finder import MapFinder
 from gait_segmentation.tracking import group
-from gait_segmentation.tracking.adaptive_mean_shift import MeanShiftTarget
-from gait_segmentation.tracking.arrivals import Arrival, MapFinder, look_at, slot_for_found
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.person import WIDEST
-from gait_segmentation.tracking.target import Target
-from gait_segmentation.tracking.trial import Trial
-from gait_segmentation.tracking.world import World
+from gait_segmentation.tracking.fusion import FusionTrack
+from gait_segmentation.tracking.initialization import Beginning, estimate_first, slot_for_found
+from gait_segmentation.tracking.life_cycle import ENDED, GAP_S, Probation, next_state
+from gait_segmentation.tracking.mean_shift import MeanShiftTrack
+from gait_segmentation.tracking.pose import WIDEST
+from gait_segmentation.tracking.track import Track
+
+_SMALLEST, _LARGEST = 0.7, 2.0
+"""Heights, over the working height, of the people who share a view."""
 
 _SAME_PERSON = 0.4
 """Overlap (intersection over union) from which a box is that of a person already tracked."""
@@ -62,7 +68,7 @@ class PeopleTracker:
         self._config = tracking or TrackingConfig()
         self._bank = bank
         self._ids = count(1)
-        self._slots: list[Target | None] = [None] * max_people
+        self._slots: list[Track | None] = [None] * max_people
         self.starting = starting or StartingConfig()
         self._boxes: list[Box] = []
         self._given = False
@@ -71,11 +77,11 @@ class PeopleTracker:
 
     def _forget(self) -> None:
         self._slots = [None] * len(self._slots)
-        self._trials: dict[int, Trial] = {}
-        self._worlds: list[World] = []
-        self._source: tuple[int, int] | None = None
+        self._scene: Scene | None = None
         self._heat_map: HeatMap | None = None
         self._stamp_ns = 0
+        self._finder.reset()
+        self._map_finder.reset()
 
     @property
     def config(self) -> TrackingConfig:
@@ -85,8 +91,8 @@ class PeopleTracker:
     @config.setter
     def config(self, config: TrackingConfig) -> None:
         self._config = config
-        for target in self.targets():
-            target.config = config
+        for track in self.tracks():
+            track.config = config
 
     @property
     def starting(self) -> StartingConfig:
@@ -99,18 +105,17 @@ class PeopleTracker:
         self._finder = WalkerFinder(self._bank, config, len(self._slots))
         self._map_finder = MapFinder(self._bank)
 
-    def reset(self) -> None:
-        """Forget everything but the track ids given so far."""
-        self.begin_anew()
-        self._boxes = []
-        self._given = False
-        self._heat_maps.clear()
+    def reset(self, *, waiting: bool = True) -> None:
+        """
+        Forget everybody and the place, but the track ids given so far.
 
-    def begin_anew(self) -> None:
-        """Forget everybody and the place, but not what waits for the next frame."""
+        :param waiting: whether to forget the boxes and maps that wait for the next frame, too.
+        """
         self._forget()
-        self._finder.reset()
-        self._map_finder.reset()
+        if waiting:
+            self._boxes = []
+            self._given = False
+            self._heat_maps.clear()
 
     def initialize(self, box: Box) -> None:
         """
@@ -160,32 +165,26 @@ class PeopleTracker:
         source = (image.shape[0], image.shape[1])
         if heat_map is not None:
             self.add_heat_map(heat_map, stamp_ns)
-        if self._source is not None and source != self._source:
+        if self._scene is not None and source != self._scene.source:
             self._forget()
-        self._source, self._stamp_ns = source, stamp_ns
+        if self._scene is None or not self._scene.views:
+            # Nobody has looked at the place meanwhile.
+            self._scene = Scene(source)
+        self._stamp_ns = stamp_ns
         self._heat_map = self._heat_maps.newest(stamp_ns, self._config.heat_map_age)
-        for world in self._worlds:
-            people = self.targets(world)
-            group.follow(world, people, image, stamp_ns, self._config, self._heat_map)
+        self._predict(self._scene, image)
         boxes, self._boxes = self._boxes, []
         self._given = self._given or bool(boxes)
         # Before the boxes: what the camera saw until now tells what in them is the person.
-        found = self._watch(image)
+        found = self._search(self._scene, at_first=bool(boxes) and not self._scene.views)
         started: set[int] = set()
         for box in boxes:
             slot = self._slot_for(box, started)
             started.add(slot)
-            self._start(slot, image, box)
+            self._start(slot, box)
         for box, by_walk in found:
-            world = self._world_for(image, box)
-            arrival = self._look_at(world, box.scaled(world.scale), by_map=not by_walk)
-            self._welcome(world, arrival, by_walk=by_walk)
-        results = self._judge()
-        for world in self._worlds:
-            for record in world.drop_old():
-                for target in self.targets(world):
-                    target.skip(record)
-        return results
+            self._start_found(box, by_walk=by_walk)
+        return self._observe(self._scene)
 
     def check(self, image: NDArray[np.uint8]) -> None:
         """
@@ -213,36 +212,73 @@ class PeopleTracker:
         stamps = {each.stamp_ns for each in feedback}
         if len(stamps) > 1:
             raise InputError(f'feedback must be for one frame, got the stamps {sorted(stamps)}')
-        known = {target.track_id for target in self.targets()}
+        known = {track.track_id: track for track in self.tracks()}
         by_track = {each.track_id: each for each in feedback if each.track_id in known}
+        source = None if self._scene is None else self._scene.source
         for each in by_track.values():
-            if each.mask.shape != self._source or each.mask.dtype != np.uint8:
+            if each.mask.shape != source or each.mask.dtype != np.uint8:
                 raise InputError(
-                    f'mask must be uint8 of the source size {self._source}, got '
+                    f'mask must be uint8 of the source size {source}, got '
                     f'{each.mask.shape} {each.mask.dtype}'
                 )
             if each.body is not None:
                 check_body(each.body, (each.mask.shape[1], each.mask.shape[0]))
-            if each.track_id in self._trials:
-                shape = each.shape_prior.shape
-                small = shrink(each.mask, shape)
-                self._trials[each.track_id].learn(each.stamp_ns, small, each.shape_prior)
-        if by_track:
-            for world in self._worlds:
-                stamp_ns = feedback[0].stamp_ns
-                group.learn(world, self.targets(world), stamp_ns, by_track, self._config)
+            probation = known[each.track_id].probation
+            if probation is not None:
+                small = shrink(each.mask, each.shape_prior.shape)
+                probation.learn(each.stamp_ns, small, each.shape_prior)
+        for view in self._views() if by_track else ():
+            group.correct(view, self.tracks(view), feedback[0].stamp_ns, by_track, self._config)
 
-    def targets(self, world: World | None = None) -> list[Target]:
-        """Return who is tracked in a world, or in all, in the order of their slots."""
-        found = (target for target in self._slots if target is not None)
-        return [target for target in found if world is None or target.world is world]
+    def tracks(self, view: View | None = None) -> list[Track]:
+        """Return who is tracked in a view, or in all, in the order of their slots."""
+        found = (track for track in self._slots if track is not None)
+        return [track for track in found if view is None or track.view is view]
+
+    def _views(self) -> list[View]:
+        """Return the views of the scene that people are tracked in."""
+        views = () if self._scene is None else self._scene.views
+        return [view for view in views if self.tracks(view)]
+
+    def _predict(self, scene: Scene, image: NDArray[np.uint8]) -> None:
+        """
+        Take a frame into the scene, and predict everybody into it.
+
+        After a gap they are lost, to be looked for from where they were: nothing tells how they
+        went.
+        """
+        gap_s = scene.gap_s(self._stamp_ns)
+        if gap_s > GAP_S:
+            self._update_states(gap_s)
+            for track in self.tracks():
+                track.pose.stand()
+        silhouettes: dict[int, NDArray[np.uint8]] = {}
+        for view in self._views():
+            tracks = self.tracks(view)
+            silhouettes |= group.visible_silhouettes(tracks)
+            view.areas = [track.pose.area for track in tracks]
+            view.everywhere = any(track.state == LOST for track in tracks)
+        config = self._config
+        scene.options = SceneOptions(
+            config.use_ego_motion,
+            config.use_texture,
+            config.use_light,
+            config.use_flicker,
+            config.use_fade,
+            config.use_contrast,
+        )
+        scene.advance(image, self._stamp_ns, heat=self._heat_map)
+        for track in self.tracks():
+            if scene.fades:
+                track.fade(NO_GRADIENT if track.view.now.image.textured else NO_CHROMA)
+            track.predict(silhouettes.get(track.track_id))
 
     def _slot_for(self, box: Box, started: set[int]) -> int:
         """Return the slot that a box starts: that of the same person, a free one, or any."""
         overlap = {
-            slot: target.box.iou(box)
-            for slot, target in enumerate(self._slots)
-            if target is not None and slot not in started
+            slot: track.box.iou(box)
+            for slot, track in enumerate(self._slots)
+            if track is not None and slot not in started
         }
         best = max(overlap, key=lambda slot: overlap[slot], default=0)
         if overlap and overlap[best] >= _SAME_PERSON:
@@ -252,32 +288,34 @@ class PeopleTracker:
         confidences = [0.0 if each is None else each.confidence for each in self._slots]
         return min(overlap or range(len(self._slots)), key=lambda slot: confidences[slot])
 
-    def _watch(self, image: NDArray[np.uint8]) -> list[tuple[Box, bool]]:
+    def _search(self, scene: Scene, *, at_first: bool) -> list[tuple[Box, bool]]:
         """
         Remember what the place looks like; return who is found for free slots, see :meth:`_find`.
 
-        Who was found by the walk is on trial at first, and looked at by the search until then.
+        Candidates are looked at by the search until they are confirmed.
+
+        :param at_first: whether boxes were given before there was anything to remember.
         """
-        if self._given and any(self._slots):
-            return []
-        self._end_trials()
-        free = any(target is None or target.state == LOST for target in self._slots)
-        if not (free or self._trials) and len(self._slots) == 1:
+        free = any(track is None or track.state == LOST for track in self._slots)
+        candidates = [track for track in self.tracks() if track.probation is not None]
+        occupied_all = not (free or candidates) and len(self._slots) == 1
+        if at_first or occupied_all or (self._given and any(self._slots)):
+            self._finder.reset()
             return []
         occupied: list[Box] = []
         tried: list[Box] = []
-        for target in self.targets():
-            if target.state == TRACKED:
-                (tried if target.track_id in self._trials else occupied).append(target.body)
-        wanted = bool(free or self._trials) and not self._given
+        for track in self.tracks():
+            if track.state == TRACKED:
+                (tried if track in candidates else occupied).append(track.body)
+        wanted = bool(free or candidates) and not self._given
         heat = self._heat_map
         heat = heat if free and heat is not None and heat.stamp_ns == self._stamp_ns else None
-        found = self._find(image, occupied, tried, heat, wanted=wanted)
+        found = self._find(scene, occupied, tried, heat, wanted=wanted)
         return found if free else []
 
     def _find(
         self,
-        image: NDArray[np.uint8],
+        scene: Scene,
         occupied: Sequence[Box],
         tried: Sequence[Box],
         heat: HeatMap | None,
@@ -288,7 +326,7 @@ class PeopleTracker:
         Return the boxes of people newly found, and whether by the walk or in a heat map.
 
         :param occupied: boxes of people known already, in source pixels.
-        :param tried: those of people found by their walk who are still on trial.
+        :param tried: those of people found by their walk who are still candidates.
         :param heat: where people are as others see it, if of this frame.
         :param wanted: whether there is a slot for anybody; if not, what moves is followed only.
         """
@@ -302,96 +340,107 @@ class PeopleTracker:
             ]
             for boxes in (occupied, tried)
         )
-        walkers = self._finder.update(image, self._stamp_ns, taken, tried=doubtful, wanted=wanted)
+        walkers = self._finder.update(scene, taken, tried=doubtful, wanted=wanted)
         found = [(box, True) for box in walkers]
         if heat is None or not wanted or self._starting.auto_init == 'none':
             return found
-        searched = max(1.0, max(image.shape[:2]) / self._starting.search_size)
+        searched = max(1.0, max(scene.source) / self._starting.search_size)
         least, known = self._starting.least_height * searched, [*occupied, *tried, *walkers]
-        shown = self._map_finder.update(heat, image.shape[:2], known, least)
+        shown = self._map_finder.update(heat, scene.source, known, least)
         return [*found, *((box, False) for box in shown)]
 
-    def _end_trials(self) -> None:
-        """Free the slots of those who were found and proved to be nobody."""
-        trials, self._trials = self._trials, {}
-        for slot, target in enumerate(self._slots):
-            trial = None if target is None else trials.get(target.track_id)
-            if target is None or trial is None:
+    def _update_states(self, gap_s: float = 0.0) -> None:
+        """Let every track go over to its next state, and free the slots of those that end."""
+        for slot, track in enumerate(self._slots):
+            if track is None:
                 continue
-            if target.state == TRACKED:
-                trial.see(self._finder.evidence(target.body))
-            vanished = target.state == LOST and target.is_inside
-            if trial.is_failed(self._stamp_ns, vanished=vanished):
-                self._slots[slot] = None
-                self._finder.refute(target.body)
-            elif not trial.is_over(self._stamp_ns):
-                self._trials[target.track_id] = trial
-        self._drop_empty_worlds()
+            if track.probation is not None and track.state == TRACKED:
+                track.probation.see(self._finder.evidence(track.body))
+            state, reason = next_state(track, self._stamp_ns, gap_s=gap_s)
+            if state != ENDED:
+                track.enter(state, reason)
+                if track.probation is not None and track.probation.is_over(self._stamp_ns):
+                    track.probation = None
+                continue
+            self._slots[slot] = None
+            if track.probation is not None:
+                self._finder.reject(track.body)
+        self._drop_unused()
 
-    def _welcome(self, world: World, arrival: Arrival, *, by_walk: bool) -> None:
+    def _start_found(self, box: Box, *, by_walk: bool) -> None:
         """Start somebody found in a slot, if there is one."""
-        place = slot_for_found(self._slots, world, arrival[0])
+        view = self._view_for(box)
+        beginning = self._estimate(view, box.scaled(view.scale), by_map=not by_walk)
+        place = slot_for_found(self._slots, view, beginning[0])
         if place is not None:
             slot, track_id = place
-            target = self._slots[slot] = self._new_target(world, arrival, track_id)
+            track = self._slots[slot] = self._new_track(view, beginning, track_id)
             if track_id is None and by_walk:
-                self._trials[target.track_id] = Trial(self._stamp_ns)
-        self._drop_empty_worlds()
+                track.probation = Probation(self._stamp_ns)
+        self._drop_unused()
 
-    def _new_target(self, world: World, arrival: Arrival, track_id: int | None = None) -> Target:
-        number = next(self._ids) if track_id is None else track_id
-        start, heat_map = arrival
-        if self._config.method == 'adaptive_mean_shift':
-            return MeanShiftTarget(number, world, start, self._config)
-        return Target(number, world, start, self._config, heat_map=heat_map)
-
-    def _start(self, slot: int, image: NDArray[np.uint8], box: Box) -> None:
+    def _start(self, slot: int, box: Box) -> None:
         """Start the person in a box that was given."""
         self._slots[slot] = None
-        self._drop_empty_worlds()
-        world, margin = self._world_for(image, box), self._config.box_margin
-        inner = box.padded(-margin * box.width, -margin * box.height).scaled(world.scale)
-        self._slots[slot] = self._new_target(world, self._look_at(world, inner))
+        self._drop_unused()
+        view, margin = self._view_for(box), self._config.box_margin
+        inner = box.padded(-margin * box.width, -margin * box.height).scaled(view.scale)
+        self._slots[slot] = self._new_track(view, self._estimate(view, inner))
 
-    def _look_at(self, world: World, box: Box, *, by_map: bool = False) -> Arrival:
+    def _new_track(self, view: View, beginning: Beginning, track_id: int | None = None) -> Track:
+        number = next(self._ids) if track_id is None else track_id
+        start, heat_map = beginning
+        if self._config.method == 'adaptive_mean_shift':
+            return MeanShiftTrack(number, view, start, self._config)
+        return FusionTrack(number, view, start, self._config, heat_map=heat_map)
+
+    def _estimate(self, view: View, box: Box, *, by_map: bool = False) -> Beginning:
         """Estimate a first mask in a box in working pixels."""
-        past = self._finder.past(self._stamp_ns)
-        return look_at(world, box, past, self._bank, self._config, by_map=by_map)
+        past = self._finder.background
+        return estimate_first(view, box, past, self._bank, self._config, by_map=by_map)
 
-    def _world_for(self, image: NDArray[np.uint8], box: Box) -> World:
-        """Return a world in which a person is well seen, already in the newest frame."""
-        for world in self._worlds:
-            if world.fits(box.height):
-                return world
-        assert self._source is not None
-        world = World(self._source, box.height, self._config)
-        past = self._finder.past(self._stamp_ns)
-        if past is not None:
-            world.see_as(*past.levels())
-        world.advance(image, self._stamp_ns, (), camera=False, heat=self._heat_map)
-        self._worlds.append(world)
-        return world
+    def _view_for(self, box: Box) -> View:
+        """Return a view of the scene in which a person is well seen."""
+        assert self._scene is not None
+        source, config = self._scene.source, self._config
+        scale, largest = (
+            working_scale(
+                *source,
+                working_size=config.working_size,
+                person_height=person_height,
+                working_height=config.working_height,
+            )
+            for person_height in (box.height, 1.0)
+        )
+        for view in self._views():
+            height = box.height * view.scale / config.working_height
+            if height <= _LARGEST and (view.scale >= largest or height >= _SMALLEST):
+                return view
+        view = View(source, scale)
+        self._scene.add(view)
+        return view
 
-    def _drop_empty_worlds(self) -> None:
-        self._worlds = [world for world in self._worlds if self.targets(world)]
+    def _drop_unused(self) -> None:
+        if self._scene is not None:
+            used = self._views()
+            views = self._scene.views
+            self._scene.views = [v for v in views if v in used or isinstance(v, WholeView)]
 
-    def _judge(self) -> list[TrackResult]:
+    def _observe(self, scene: Scene) -> list[TrackResult]:
         """Compute the likelihoods of a frame, refine the boxes by them, and look for the lost."""
-        assert self._source is not None
         likelihoods: dict[int, NDArray[np.uint8]] = {}
-        for world in self._worlds:
-            likelihoods |= group.judge(world, self.targets(world))
+        for view in self._views():
+            likelihoods |= group.observe(view, self.tracks(view))
+        self._update_states()
         results = []
-        for slot, target in enumerate(self._slots):
-            if target is None:
-                results.append(self.nobody(self._stamp_ns, self._source))
+        for track in self._slots:
+            if track is None:
+                results.append(self.nobody(self._stamp_ns, scene.source))
                 continue
-            likelihood = likelihoods.get(target.track_id)
-            if likelihood is None or target.state == LOST:
-                likelihood = np.zeros(target.world.shape, np.uint8)
-            results.append(target.result(likelihood))
-            if target.state == LOST and target.lost_s > self._config.patience:
-                self._slots[slot] = None
+            likelihood = likelihoods.get(track.track_id)
+            if likelihood is None or track.state == LOST:
+                likelihood = np.zeros(track.view.shape, np.uint8)
+            results.append(track.result(likelihood))
         return results
 
     def nobody(self, stamp_ns: int, source: tuple[int, int]) -> TrackResult:

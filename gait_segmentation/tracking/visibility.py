@@ -21,7 +21,12 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window, inner_range
-from gait_segmentation.tracking.person import GUARD, LEAST_SEEN
+
+GUARD = 0.05
+"""How far outside of the last mask or the template pixels are the person's, in body heights."""
+
+LEAST_SEEN = 0.25
+"""Share of a person below which nothing can be told: neither learnt nor followed."""
 
 _ITERATIONS, _DONE_PX = 10, 0.25
 """Most steps of mean shift, and the step that is the last."""
@@ -34,16 +39,16 @@ ALONE = 0.9
 
 
 @dataclass(frozen=True)
-class Sight:
+class Visibility:
     """
     What of a person can be seen where the person is expected.
 
-    ``uncovered`` is (h, w) uint8 0/255, the expected mask without what others hide, and
+    ``unoccluded`` is (h, w) uint8 0/255, the expected mask without what others hide, and
     ``share`` its share of that mask.  ``inside`` and ``outside`` are the mean likelihoods (0..1)
-    in what is uncovered and around the person.
+    in what is unoccluded and around the person.
     """
 
-    uncovered: NDArray[np.uint8]
+    unoccluded: NDArray[np.uint8]
     share: float
     inside: float
     outside: float
@@ -53,43 +58,43 @@ class Sight:
         cls,
         values: NDArray[np.uint8],
         expected: NDArray[np.uint8],
-        hidden: NDArray[np.uint8] | None,
+        occluder: NDArray[np.uint8] | None,
         apart: NDArray[np.uint8] | None = None,
-    ) -> Sight:
+    ) -> Visibility:
         """
         Measure a window.
 
         :param values: (h, w) uint8 likelihood.
         :param expected: (h, w) uint8 0/255, where the person is expected.
-        :param hidden: non-zero where others hide the person, None if nowhere.
+        :param occluder: non-zero where others hide the person, None if nowhere.
         :param apart: non-zero where it is neither the person nor around, None if nowhere.
         """
-        uncovered, share = expected, 1.0
-        if hidden is not None:
-            uncovered = cv2.bitwise_and(expected, cv2.bitwise_not(hidden))
-            share = cv2.countNonZero(uncovered) / max(cv2.countNonZero(expected), 1)
+        unoccluded, share = expected, 1.0
+        if occluder is not None:
+            unoccluded = cv2.bitwise_and(expected, cv2.bitwise_not(occluder))
+            share = cv2.countNonZero(unoccluded) / max(cv2.countNonZero(expected), 1)
         person = expected if apart is None else cv2.bitwise_or(expected, apart)
-        inside = cv2.mean(values, uncovered)[0] / 255
-        return cls(uncovered, share, inside, cv2.mean(values, cv2.bitwise_not(person))[0] / 255)
+        inside = cv2.mean(values, unoccluded)[0] / 255
+        return cls(unoccluded, share, inside, cv2.mean(values, cv2.bitwise_not(person))[0] / 255)
 
     @property
     def seen(self) -> float:
         """Return the share of the person that can be seen."""
         return self.share * self.inside
 
-    def before(self, known: NDArray[np.uint8], values: NDArray[np.uint8]) -> Sight:
+    def before(self, known: NDArray[np.uint8], values: NDArray[np.uint8]) -> Visibility:
         """
-        Return the sight of what is not hidden by something that stands still, either.
+        Return the visibility of what is not hidden by something that stands still, either.
 
         :param known: (h, w) uint8, non-zero where the frame does not look like what is known to
             be there.
         :param values: (h, w) uint8 likelihood.
         """
-        uncovered = np.where(known > 0, self.uncovered, 0).astype(np.uint8)
-        count = cv2.countNonZero(uncovered)
-        share = self.share * count / max(cv2.countNonZero(self.uncovered), 1)
-        inside = cv2.mean(values, uncovered)[0] / 255 if count else 0.0
-        return Sight(uncovered, share, inside, self.outside)
+        unoccluded = np.where(known > 0, self.unoccluded, 0).astype(np.uint8)
+        count = cv2.countNonZero(unoccluded)
+        share = self.share * count / max(cv2.countNonZero(self.unoccluded), 1)
+        inside = cv2.mean(values, unoccluded)[0] / 255 if count else 0.0
+        return Visibility(unoccluded, share, inside, self.outside)
 
     @property
     def confidence(self) -> float:

@@ -5,7 +5,8 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from gait_segmentation.matching.common_areas import CommonAreas, WindowGrid
+from gait_segmentation.matching.common_areas import CommonAreas
+from gait_segmentation.matching.placements import SearchRange, WindowGrid
 
 
 def windows_of(images, grid):
@@ -24,10 +25,10 @@ def definition(templates, images, grid):
 
 def common_area(kernel: CommonAreas, images, grid):
     """Return the same by a kernel."""
-    windows = len(images), grid.rows, grid.columns
-    size = int(np.prod(windows))
-    place = (0, 0), windows, kernel.new_matrix(), kernel.new_rows(size)
-    return kernel.common_rows(images, *place)[kernel.row, :size].reshape(-1, *windows)
+    searched = SearchRange((0, 0, 0), (len(images), grid.rows, grid.columns))
+    memory = kernel.new_matrix(), kernel.new_rows(searched.pitch)
+    found = kernel.common_rows(images, searched, *memory)[kernel.row, : searched.size]
+    return found.reshape(-1, *searched.shape)
 
 
 @st.composite

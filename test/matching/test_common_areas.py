@@ -6,11 +6,10 @@ import pytest
 from hypothesis import given, settings
 
 from gait_segmentation.gait_model import TemplateBank
-from gait_segmentation.matching.common_areas import WindowGrid, pitch_of
+from gait_segmentation.matching.common_areas import UNIT, SimilarityMaps
 from gait_segmentation.matching.events import make_program
-from gait_segmentation.matching.path import UNIT
-from gait_segmentation.matching.placements import Sampled, SearchRange
-from gait_segmentation.matching.similarities import KERNELS, SimilarityMaps, coded_bank
+from gait_segmentation.matching.matcher import KERNELS, coded_bank
+from gait_segmentation.matching.placements import Sampled, SearchRange, WindowGrid
 from test.matching.cases import banks, common_area, definition
 
 
@@ -119,12 +118,12 @@ def test_similarities_are_those_of_the_definition(name, kernel):
 def test_only_placements_that_are_searched_are_compared(name, first, shape, kernel):
     _, similarities = maps(templates(), kernel)
     sampled, part = Sampled(likelihoods(), MASKS[name]), SearchRange(first, shape)
-    lanes = [ALL.lane(*part.place(lane)) for lane in range(part.size)]
+    lanes = np.arange(ALL.size).reshape(ALL.shape)[part.slices].ravel()
     every = similarities.update(sampled, ALL)[:, lanes]
     # The second time in memory that was used before.
     for _ in range(2):
         found = similarities.update(sampled, part)
-        assert found.shape[1] == pitch_of(part.size)
+        assert found.shape[1] == part.pitch
         np.testing.assert_array_equal(found[:, : part.size], every)
 
 

@@ -7,10 +7,9 @@ import pytest
 
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.matching import MatchingConfig
-from gait_segmentation.matching.common_areas import pitch_of
-from gait_segmentation.matching.path import UNIT, PathSearch, view_changes
+from gait_segmentation.matching.common_areas import UNIT
+from gait_segmentation.matching.path import PathSearch, Views, view_changes
 from gait_segmentation.matching.placements import SearchRange
-from gait_segmentation.matching.views import Views
 
 PHASES = 12
 ONE = SearchRange((0, 0, 0), (1, 1, 1))
@@ -26,7 +25,7 @@ def search(**parameters):
 
 
 def seen(similarities):
-    values = np.zeros((PHASES, pitch_of(1)), np.int16)
+    values = np.zeros((PHASES, ONE.pitch), np.int16)
     values[:, 0] = np.round(UNIT * np.asarray(similarities))
     return values
 

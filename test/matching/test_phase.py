@@ -30,7 +30,7 @@ def phase_errors(azimuths, told):
         dx, dy, dh = HEIGHT * rng.normal(0, 0.01, 3)
         body = BodyFrame(65 + dx, 70 + dy, HEIGHT + dh)
         finder.update(image, None, body, ('average', view), 0, number / FPS)
-        belief = finder.belief()
+        belief = finder.clock.belief()
         at = np.angle(belief @ np.exp(4j * np.pi * np.arange(30) / 30)) / (4 * np.pi)
         found.append((at - phase + 0.25) % 0.5 - 0.25)
     return np.array(found), finder
@@ -42,7 +42,7 @@ def test_a_wrong_view_does_not_keep_the_phase_from_being_found(degrees, wrong):
     azimuth, told = np.radians(degrees), np.radians(degrees + wrong)
     found, finder = phase_errors([azimuth] * 40, [told] * 40)
     assert np.sqrt((found[8:] ** 2).mean()) < 0.03
-    assert finder.rate == pytest.approx(RATE, rel=0.1)
+    assert finder.clock.rate == pytest.approx(RATE, rel=0.1)
 
 
 def test_a_motion_is_believed_the_more_the_longer_it_shows_and_jumps_at_once():

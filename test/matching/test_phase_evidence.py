@@ -8,8 +8,7 @@ import pytest
 
 from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.matching.phase_evidence import HEIGHTS, ROWS, FineEvidence
-from gait_segmentation.matching.views import FineViews
+from gait_segmentation.matching.phase_evidence import HEIGHTS, ROWS, FineEvidence, FineViews
 from gait_tools.gait_model import BankSpec, build_bank, render_silhouette
 
 HEIGHT = 86.4

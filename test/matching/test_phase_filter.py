@@ -17,11 +17,16 @@ def seen(phase, contrast, rng):
     return 0.6 * (contrast * np.cos(at - 2 * np.pi * phase) + errors)
 
 
+def take_in(clock, evidence, seconds, moved=0):
+    clock.predict(seconds, moved)
+    clock.update(evidence)
+
+
 def run(clock, phases, contrast):
     rng = np.random.default_rng(0)
     filtered = []
     for number, phase in enumerate(phases):
-        clock.update(seen(phase, contrast, rng), number / FPS)
+        take_in(clock, seen(phase, contrast, rng), number / FPS)
         filtered.append(clock.belief())
     return np.array(filtered)
 
@@ -34,7 +39,7 @@ def off(beliefs, phases):
 @pytest.mark.parametrize('rate', [0.7, 1.1])
 def test_evidence_too_weak_for_a_frame_adds_up_along_a_walk(rate):
     phases = 0.3 + rate * np.arange(100) / FPS
-    clock = PhaseFilter(PHASES, 0.5, 1.33, 1, np.ones(1))
+    clock = PhaseFilter(PHASES, 0.5, 1.33, 1, np.ones((1, 1, 1)))
     beliefs = run(clock, phases, 15.0)
     rng = np.random.default_rng(0)
     alone = [seen(phase, 15.0, rng).argmax() / PHASES for phase in phases]
@@ -46,7 +51,7 @@ def test_evidence_too_weak_for_a_frame_adds_up_along_a_walk(rate):
 
 def test_somebody_who_stops_stands():
     phases = np.concatenate([np.arange(50) / FPS, np.full(40, 2.0)])
-    clock = PhaseFilter(PHASES, 0.5, 1.33, 1, np.ones(1))
+    clock = PhaseFilter(PHASES, 0.5, 1.33, 1, np.ones((1, 1, 1)))
     beliefs = run(clock, phases, 60.0)
     assert clock.rate < 0.1
     assert off(beliefs, phases)[-20:].mean() < 0.03
@@ -54,7 +59,7 @@ def test_somebody_who_stops_stands():
 
 def test_later_frames_correct_earlier_ones():
     phases = 0.1 + 0.9 * np.arange(60) / FPS
-    clock = PhaseFilter(PHASES, 0.5, 1.33, 60, np.ones(1))
+    clock = PhaseFilter(PHASES, 0.5, 1.33, 60, np.ones((1, 1, 1)))
     filtered = run(clock, phases, 15.0)
     later = np.array([clock.belief(back) for back in reversed(range(60))])
     assert later[-1] == pytest.approx(filtered[-1])
@@ -62,10 +67,10 @@ def test_later_frames_correct_earlier_ones():
 
 
 def test_half_strides_that_look_alike_stay_equally_likely():
-    clock = PhaseFilter(PHASES, 0.5, 1.33, 1, np.ones(1))
+    clock = PhaseFilter(PHASES, 0.5, 1.33, 1, np.ones((1, 1, 1)))
     at = np.arange(PHASES) / PHASES
     for number in range(50):
-        clock.update(100 * np.cos(4 * np.pi * (at - 0.04 * number)), number / FPS)
+        take_in(clock, 100 * np.cos(4 * np.pi * (at - 0.04 * number)), number / FPS)
     belief = clock.belief()
     assert belief[:15] == pytest.approx(belief[15:], abs=1e-6)
     assert clock.rate == pytest.approx(1.0, abs=0.1)
@@ -81,16 +86,16 @@ def across(phase, view, views, rng):
 def test_the_view_is_found_with_the_phase_and_the_others_are_not_looked_at_any_more():
     rng = np.random.default_rng(1)
     phases = 0.2 + 0.9 * np.arange(40) / FPS
-    clock = PhaseFilter(PHASES, 0.5, 1.33, 1, np.ones(5))
-    assert clock.likely(0.0).all()
+    clock = PhaseFilter(PHASES, 0.5, 1.33, 1, np.ones((5, 1, 1)))
+    assert clock.predict(0.0).all()
     found = []
     for number, phase in enumerate(phases):
         evidence = across(phase, 1, 5, rng)
-        evidence[~clock.likely(number / FPS)] = -np.inf
-        clock.update(evidence, number / FPS)
+        evidence[~clock.predict(number / FPS).ravel()] = -np.inf
+        take_in(clock, evidence, number / FPS)
         found.append(clock.belief())
     assert off(np.array(found), phases)[10:].mean() < 0.03
-    likely = clock.likely(40 / FPS)
+    likely = clock.predict(40 / FPS)
     assert likely[1]
     assert not likely[4]
 
@@ -100,36 +105,36 @@ def test_views_move_on_with_somebody_who_turns():
     phases = 0.2 + 0.9 * np.arange(60) / FPS
     found = {}
     for told in (True, False):
-        clock = PhaseFilter(PHASES, 0.5, 1.33, 60, np.ones(5))
+        clock = PhaseFilter(PHASES, 0.5, 1.33, 60, np.ones((5, 1, 1)))
         for number, phase in enumerate(phases):
             view = 3 if number < 20 else 1
             moved = 2 if told and number == 20 else 0
-            clock.update(across(phase, view, 5, rng), number / FPS, moved)
+            take_in(clock, across(phase, view, 5, rng), number / FPS, moved)
             if number == 20:
-                found[told] = clock.likely((number + 1) / FPS)[1]
+                found[told] = clock.predict((number + 1) / FPS)[1]
         smoothed = np.array([clock.belief(back) for back in reversed(range(60))])
         assert off(smoothed, phases).mean() < 0.03
     assert found[True]
 
 
 def test_one_frame_rules_no_phase_out():
-    clock = PhaseFilter(PHASES, 0.5, 1.33, 1, np.ones(1))
+    clock = PhaseFilter(PHASES, 0.5, 1.33, 1, np.ones((1, 1, 1)))
     evidence = np.zeros(PHASES)
     evidence[6] = 1e4
-    clock.update(evidence, 0.0)
+    take_in(clock, evidence, 0.0)
     belief = clock.belief()
     assert belief.argmax() == 6
     assert belief.min() == pytest.approx(np.exp(-12.0), rel=0.01)
 
 
 def test_the_past_is_seen_from_the_views_of_then():
-    clock = PhaseFilter(PHASES, 0.5, 1.33, 2, np.ones(3))
+    clock = PhaseFilter(PHASES, 0.5, 1.33, 2, np.ones((3, 1, 1)))
     first, second = np.full((2, 3, PHASES), -1e3)
     first[1, 0] = first[2, 15] = 0.0
     second[1] = 0.0
-    clock.update(first, 0.0)
+    take_in(clock, first, 0.0)
     assert clock.belief()[[0, 15]] == pytest.approx([0.5, 0.5], abs=0.01)
     # The second view is now what was the third.
-    clock.update(second, 0.05, 1)
+    take_in(clock, second, 0.05, 1)
     before = clock.belief(1)
     assert before[15] > 3 * before[0]

@@ -6,10 +6,14 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.geometry import Box, check_body, check_matched_box
+from gait_segmentation.geometry import BodyFrame, Box, check_body, check_matched_box
 from gait_segmentation.matching import MatchingConfig
-from gait_segmentation.matching.placements import PlacementGrid
-from gait_segmentation.matching.sampling import refined_box, resampled, warp_template
+from gait_segmentation.matching.placements import (
+    PlacementGrid,
+    refined_box,
+    resampled,
+    warp_template,
+)
 from test.matching.cases import windows_of
 
 CONFIG = MatchingConfig(shifts_x=2, shifts_y=1, scales=1, scale_step=0.06, blur=1)
@@ -74,21 +78,21 @@ def test_a_part_is_sampled_as_the_whole_is_smoothed():
     image = rng.integers(0, 256, (60, 80), dtype=np.uint8)
     known = np.where(rng.random(image.shape) < 0.6, 255, 0).astype(np.uint8)
     # Pixels of the grid are those of the image from (20, 15) on.
-    grid = np.array([[1.0, 0.0, 20.0], [0.0, 1.0, 15.0]])
+    grid = BodyFrame(35.0, 28.0, 20.0), (1.0,), (26, 30), 20.0
     for mask in (None, known):
         values = image if mask is None else image & mask
         whole = cv2.blur(values, (9, 9))
         if mask is not None:
             whole = cv2.divide(whole, cv2.blur(mask, (9, 9)), scale=255) & mask
-        (found,), seen = resampled(image, mask, [grid], (30, 26), 9)
+        (found,), seen = resampled(image, mask, *grid, 9)
         np.testing.assert_array_equal(found, whole[15:41, 20:50])
         assert (seen is None) == (mask is None)
 
 
 @pytest.mark.parametrize(('x', 'y'), [(-1, 0), (0, -1), (51, 0), (0, 35)])
 def test_what_is_outside_of_the_image_is_not_known(x, y):
-    grid = np.array([[1.0, 0.0, float(x)], [0.0, 1.0, float(y)]])
-    (found,), seen = resampled(np.full((60, 80), 255, np.uint8), None, [grid], (30, 26), 1)
+    grid = BodyFrame(15.0 + x, 13.0 + y, 20.0), (1.0,), (26, 30), 20.0
+    (found,), seen = resampled(np.full((60, 80), 255, np.uint8), None, *grid, 1)
     assert 0 < (seen == 0).sum() <= 30
     np.testing.assert_array_equal(found, seen[0])
 

@@ -30,7 +30,8 @@ def lit(image: np.ndarray, gain: object, noise: int | None = None) -> np.ndarray
 def shown(
     light: Light, image: np.ndarray, motion: WorldMotion = STILL, people: np.ndarray = NOBODY
 ) -> np.ndarray:
-    made = light.corrected(image)
+    light.measure(image)
+    made = light.undone(image)
     light.follow(motion, people)
     return made
 
@@ -145,13 +146,14 @@ def test_colours_that_go_are_told_and_leave_no_tint() -> None:
     light = Light()
     warm = lit(scene(), (0.6, 1, 1.2))
     gray = np.repeat(cv2.cvtColor(warm, cv2.COLOR_BGR2GRAY)[..., None], 3, axis=2)
-    light.corrected(gray, gray=True)
+    light.measure(gray, gray=True)
     assert not light.faded
     light = Light()
     shown(light, warm)
     shown(light, lit(warm, (1.1, 1, 0.9)))
     for gain in (1.0, 0.8):
-        made = light.corrected(lit(gray, gain), gray=True)
+        light.measure(lit(gray, gain), gray=True)
+        made = light.undone(lit(gray, gain))
         light.follow(STILL, NOBODY)
         assert light.faded
         assert np.ptp(made.astype(int), axis=2).max() <= 1
@@ -161,7 +163,8 @@ def test_colours_that_go_are_told_and_leave_no_tint() -> None:
     shown(light, warm)
     shown(light, lit(warm, (1.1, 1, 0.9)))
     other = np.repeat(cv2.cvtColor(scene(2), cv2.COLOR_BGR2GRAY)[..., None], 3, axis=2)
-    assert np.ptp(light.corrected(other, gray=True).astype(int), axis=2).max() <= 1
+    light.measure(other, gray=True)
+    assert np.ptp(light.undone(other).astype(int), axis=2).max() <= 1
     made = shown(light, warm)
     assert not light.faded
     assert error(made, warm) < 4

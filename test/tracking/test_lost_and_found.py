@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.tracking.redetection import recover
+from gait_segmentation.tracking.reidentification import reacquire
 from test.tracking.figures import BLUE, GREEN, RED, STEP_NS, WIDTH, Figure, Told, picture, walk
 
 BOARD = (130, 190)
@@ -86,9 +86,9 @@ def test_what_somebody_half_hidden_uncovers_is_learnt() -> None:
     assert 0.5 < hidden_share(path[-1]) < 0.95
     # Behind the coat or its rim until a quarter of it was hidden.
     column = 108
-    (target,) = told.tracker.targets()
-    scale = target.world.scale
-    known = target.world.now.background.count[round(scale * 78), round(scale * column)]
+    (track,) = told.tracker.tracks()
+    scale = track.view.scale
+    known = track.view.background.count[round(scale * 78), round(scale * column)]
     assert known >= 1
 
 
@@ -146,16 +146,16 @@ def test_who_is_lost_is_sought_all_over_but_not_among_others(away: float, taken:
     told = Told()
     path = walk(Figure(60), 12)
     told.follow(path)
-    (target,) = told.tracker.targets()
-    target.lose()
-    target.lost_s = 0.2
-    scale = target.world.scale
-    target.person.shift(away * scale, 0.0)
-    others = np.full(target.world.shape, 255 * taken, np.uint8)
-    found = recover(target, None, None, others)
+    (track,) = told.tracker.tracks()
+    track.enter('lost', 'as the test says')
+    track.lost_s = 0.2
+    scale = track.view.scale
+    track.shift(away * scale, 0.0)
+    others = np.full(track.view.shape, 255 * taken, np.uint8)
+    found = reacquire(track, None, None, others)
     assert (found is None) == taken
     expected = path[-1].x + taken * away
-    assert target.person.center_x / scale == pytest.approx(expected, abs=4)
+    assert track.pose.center_x / scale == pytest.approx(expected, abs=4)
 
 
 @pytest.mark.parametrize(
@@ -174,8 +174,8 @@ def test_who_is_hidden_or_left_walks_on_and_is_waited_for(
     told = Told(patience=10.0)
     told.start(Figure(60))
     told.show(Figure(60))
-    (target,) = told.tracker.targets()
-    person = target.person
+    (track,) = told.tracker.tracks()
+    person = track.pose
     person.shift(60 - person.center_x, 90 - person.center_y)
     person.height = 100.0
     person.velocity = pace
@@ -275,23 +275,23 @@ def test_who_was_not_back_at_once_after_a_gap_is_waited_for() -> None:
 def test_while_somebody_is_lost_the_place_is_followed_everywhere() -> None:
     told = Told()
     told.follow(walk(Figure(60), 3))
-    (target,) = told.tracker.targets()
+    (track,) = told.tracker.tracks()
 
     def followed() -> int:
-        where = np.zeros(target.world.shape, np.uint8)
-        for window in target.world.now.windows:
+        where = np.zeros(track.view.shape, np.uint8)
+        for window in track.view.now.windows:
             where[window] = 1
         return int(where.sum())
 
-    assert followed() < 0.5 * np.prod(target.world.shape)
+    assert followed() < 0.5 * np.prod(track.view.shape)
     states = [told.show()[0].state for _ in range(3)]
     assert states[1:] == ['lost', 'lost']
-    assert followed() == np.prod(target.world.shape)
+    assert followed() == np.prod(track.view.shape)
 
 
 def test_a_box_ends_at_the_border_of_an_image_that_working_pixels_do_not_fit() -> None:
     told = Told(working_height=55)
     results = told.follow(walk(Figure(280), 10, 4.0))
-    (target,) = told.tracker.targets()
-    assert target.world.shape[1] / target.world.scale > WIDTH
+    (track,) = told.tracker.tracks()
+    assert track.view.shape[1] / track.view.scale > WIDTH
     assert max(result.box.right for result in results) == WIDTH

@@ -177,7 +177,7 @@ def test_a_box_starts_the_slot_of_who_stands_there_anew_or_else_that_of_the_leas
     assert ids(told.show(*people, Figure(250, GREEN), boards=[(125, 145)])) == [3, 4]
 
 
-def test_people_of_one_size_share_a_world_and_others_have_their_own() -> None:
+def test_people_of_one_size_share_a_view_and_others_have_their_own() -> None:
     told = Told(slots=3, working_height=60)
     people = (
         Figure(50, height=130.0),
@@ -186,13 +186,13 @@ def test_people_of_one_size_share_a_world_and_others_have_their_own() -> None:
     )
     told.start(*people)
     told.show(*people)
-    first, second, third = (target.world for target in told.tracker.targets())
+    first, second, third = (track.view for track in told.tracker.tracks())
     assert first is second
     assert third is not first
     for _ in range(2):
         told.show(*people)
-    # Those of every world learn from their masks.
-    assert [len(world.pending) for world in (first, third)] == [0, 0]
+    # Those of every view learn from their masks.
+    assert [view.now.learnt for view in (first, third)] == [True, True]
 
 
 def test_boxes_take_free_slots_in_order_and_ids_are_never_used_twice() -> None:

@@ -6,8 +6,8 @@ from hypothesis import given, settings, strategies as st
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import distance_from
-from gait_segmentation.tracking.redetection import find_silhouette
-from gait_segmentation.tracking.visibility import Sight, mean_shift, visible_box
+from gait_segmentation.tracking.reidentification import find_silhouette
+from gait_segmentation.tracking.visibility import Visibility, mean_shift, visible_box
 from test.tracking.figures import Figure
 
 SHAPE = (40, 30)
@@ -21,21 +21,21 @@ def block(left: int, top: int, right: int, bottom: int, value: int = 255) -> np.
 
 def test_what_others_hide_is_not_seen() -> None:
     mask = block(10, 5, 20, 35)
-    sight = Sight.of(mask, mask, block(0, 20, 30, 40))
+    sight = Visibility.of(mask, mask, block(0, 20, 30, 40))
     assert sight.share == pytest.approx(0.5)
     assert sight.inside == pytest.approx(1)
     assert (sight.seen, sight.confidence) == pytest.approx((0.5, 0.5))
-    np.testing.assert_array_equal(sight.uncovered, block(10, 5, 20, 20))
+    np.testing.assert_array_equal(sight.unoccluded, block(10, 5, 20, 20))
 
 
 def test_what_stands_before_a_person_is_not_looked_at() -> None:
     mask, likely = block(4, 10, 24, 50), block(4, 10, 9, 50)
-    sight = Sight.of(likely, mask, None)
+    sight = Visibility.of(likely, mask, None)
     part = sight.before(block(4, 0, 9, 60, 1), likely)
     assert (part.share, part.inside) == pytest.approx((0.25, 1.0))
     assert part.seen == pytest.approx(sight.seen)
     assert sight.before(np.zeros_like(mask), likely).seen == 0
-    behind = Sight.of(likely, mask, block(0, 0, 30, 25))
+    behind = Visibility.of(likely, mask, block(0, 0, 30, 25))
     assert behind.before(block(4, 0, 9, 60, 1), likely).share == pytest.approx(0.5 * 0.25)
 
 

@@ -85,6 +85,23 @@ def keep_others(
             )
 
 
+def with_part(page: Path, name: str, part: str) -> str:
+    """
+    Return a Markdown page with another part between its marks.
+
+    :param name: of the part, which the first mark says.
+    :raises ConfigError: if the page cannot be read or has no such marks.
+    """
+    try:
+        head, begin, rest = page.read_text(encoding='utf-8').partition(f'<!-- {name} -->\n')
+    except (OSError, ValueError) as error:
+        raise ConfigError(f'{page} cannot be read: {error}') from error
+    _, end, tail = rest.partition('<!-- end -->')
+    if not end:
+        raise ConfigError(f'{page} must have lines <!-- {name} --> and <!-- end -->')
+    return f'{head}{begin}{part}{end}{tail}'
+
+
 def is_own_picture(head: bytes) -> bool:
     """Return whether a file begins as :func:`write_picture` writes PNGs."""
     return _MARK in head

@@ -25,7 +25,7 @@ from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.files.output_files import write_file
 from gait_segmentation.gait_model import TemplateBank
-from gait_segmentation.geometry import BodyFrame, compose, invert, pixel_affine, template_to_image
+from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
 from gait_segmentation.paper.prior import silhouette_edges
 from gait_segmentation.paper.vocabulary import (
     FORMAT,
@@ -318,13 +318,9 @@ def _outline(
 ) -> NDArray[np.uint8]:
     rows, columns = _grid(vocabulary)
     body = BodyFrame(columns / 2, rows / 2, vocabulary.fill * rows)
-    frames = (
-        template_to_image(frame, rows, columns, vocabulary.fill)
-        for frame in (body, silhouette.body)
-    )
-    to_panel, to_mask = frames
-    motion = pixel_affine(compose(to_panel, invert(to_mask)))
-    mask = cv2.warpAffine(silhouette.mask, motion, (columns, rows), flags=cv2.INTER_LINEAR)
+    to_mask = pixel_affine(template_to_image(silhouette.body, rows, columns, body.height))
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    mask = cv2.warpAffine(silhouette.mask, to_mask, (columns, rows), flags=flags)
     points = silhouette_edges(mask, body.height)
     z = vocabulary.features(points.columns + 0.5, points.rows + 0.5, points.orientation, body)
     panel = np.full((rows, columns, 3), _GROUND, np.uint8)

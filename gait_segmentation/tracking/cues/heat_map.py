@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import Grades
 from gait_segmentation.images import Window, shifted_part, size_of
-from gait_segmentation.tracking.cues import Cue, View
-from gait_segmentation.tracking.records import Shift
+from gait_segmentation.scene.scene import Shift
+from gait_segmentation.tracking.cues import Cue, CueInput
 
 _FLOOR = 0.03
 """Share of the pixels of either kind that may have any value, which limits the evidence."""
@@ -134,17 +134,17 @@ class HeatMapCue(Cue):
         dx, dy = (round(there - off) for there, off in zip(moved, self._off, strict=True))
         return shifted_part(heat, dx, dy, window)
 
-    def evidence(self, view: View) -> NDArray[np.float32] | None:
+    def evidence(self, given: CueInput) -> NDArray[np.float32] | None:
         """Put the map where it belongs and return its evidence, see :meth:`Cue.evidence`."""
-        record = view.world.now
-        if record.heat is None:
+        frame = given.view.now
+        if frame.heat is None:
             return None
-        moved = view.world.body_since(view.track_id, record.heat_frames)
-        if view.seen:
-            likely = np.asarray(1 / (1 + np.exp(-view.logit)), np.float32)
-            self.place(record.heat, view.window, likely, view.height, moved)
-        part = self.part(record.heat, view.window, moved)
-        self.note(view, part)
+        moved = given.moved(given.states[max(-1 - frame.heat_frames, -len(given.states))])
+        if given.seen:
+            likely = np.asarray(1 / (1 + np.exp(-given.logit)), np.float32)
+            self.place(frame.heat, given.window, likely, given.pose.height, moved)
+        part = self.part(frame.heat, given.window, moved)
+        self.note(given, part)
         return self.evidence_of(part)
 
     def evidence_of(self, values: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -155,9 +155,9 @@ class HeatMapCue(Cue):
         """
         return self._grades.evidence(values, self.weight)
 
-    def learn_values(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
+    def learn(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
         """
-        Learn what the values of the map mean, see :meth:`Cue.learn_values`.
+        Learn what the values of the map mean, see :meth:`Cue.learn`.
 
         From a mask that the map does not agree with nothing is learnt: either may be wrong, and
         what the map meant before is what can tell.

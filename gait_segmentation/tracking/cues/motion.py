@@ -21,8 +21,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
+from gait_segmentation.scene.scene import MOTION_GAP
 from gait_segmentation.scene.world_motion import WorldMotion
-from gait_segmentation.tracking.cues import Cue, View
+from gait_segmentation.tracking.cues import Cue, CueInput
 
 _LEAST_MOTION = 0.02
 """Motion of the body against the world from which the better explanation counts, in heights."""
@@ -59,38 +60,42 @@ class MotionCue(Cue):
 
         self._masks = 0
 
-    def evidence(self, view: View) -> NDArray[np.float32] | None:
+    def evidence(self, given: CueInput) -> NDArray[np.float32] | None:
         """Return log-likelihood ratios, see :meth:`Cue.evidence`."""
-        motions = view.world.motions_of(view.track_id)
-        if motions is None or not (view.seen and view.config.use_motion_cue):
+        view, window, center = given.view, given.window, (given.pose.center_x, given.pose.center_y)
+        recent = list(given.states)[-1 - MOTION_GAP :]
+        state = next(each for each in recent if each.frame in view.frames)
+        earlier = state.frame
+        usable = earlier is not view.now and not earlier.blank and given.seen
+        if not (usable and given.config.use_motion_cue):
             return None
-        earlier, motion, (dx, dy) = motions
-        gray = view.world.now.image.gray[view.window]
-        stays = motion.warped(earlier.image.gray, view.window)
+        motion, (dx, dy) = view.motion_since(earlier), given.moved(state)
+        stays = motion.warped(earlier.image.gray, window)
         body = WorldMotion(np.array([[1, 0, dx], [0, 1, dy], [0, 0, 1]]))
-        moves = body.warped(earlier.image.gray, view.window)
+        moves = body.warped(earlier.image.gray, window)
+        gray = view.now.image.gray[window]
         stay, move = (cv2.blur(cv2.absdiff(gray, each), (3, 3)) for each in (stays, moves))
         covered = np.zeros_like(stay)
         if earlier.people is not None:
-            covered = motion.warped(earlier.people, view.window, cv2.BORDER_CONSTANT)
-        x, y = motion.carry(view.center[0] - dx, view.center[1] - dy)
-        apart = math.hypot(view.center[0] - x, view.center[1] - y)
+            covered = motion.warped(earlier.people, window, cv2.BORDER_CONSTANT)
+        x, y = motion.carry(center[0] - dx, center[1] - dy)
+        apart = math.hypot(center[0] - x, center[1] - y)
         kinds, evidence = np.empty_like(stay), np.empty(stay.shape, np.float32)
         _weigh(
             stay,
             move,
             covered,
             self._ratios(),
-            apart >= _LEAST_MOTION * view.height,
-            view.config.motion_weight,
+            apart >= _LEAST_MOTION * given.pose.height,
+            given.config.motion_weight,
             kinds,
             evidence,
         )
-        self.note(view, kinds)
+        self.note(given, kinds)
         return evidence
 
-    def learn_values(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
-        """Count pairs of differences on and beside the person, see :meth:`Cue.learn_values`."""
+    def learn(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
+        """Count pairs of differences on and beside the person, see :meth:`Cue.learn`."""
         beside = (cv2.dilate(person, np.ones((3, 3), np.uint8)) == 0).view(np.uint8)
         counts = np.stack([_counted(values, at) for at in (person, beside)])
         if not counts.any(axis=1).all():

@@ -10,7 +10,6 @@ from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.pipeline import PipelineConfig
-from gait_tools.evaluation.report import comparison_table
 from gait_tools.evaluation.sequence import Sequence
 from gait_tools.evaluation.session import Session, load_sequences
 
@@ -110,27 +109,6 @@ def test_what_cannot_be_scored_is_refused(tmp_path):
         cv2.imwrite(str(path), np.minimum(cv2.imread(str(path), 0), 1))
     with pytest.raises(SequenceError, match='has a pixel of 255'):
         load_sequences([dark])
-
-
-@pytest.mark.parametrize('restarts', [False, True])
-def test_every_prior_is_evaluated_and_each_switch_is_turned_off_once(folders, restarts):
-    asked, config = session(folders[:1], restarts=restarts), PipelineConfig()
-    base = asked.evaluate(config)
-    reports = asked.compare(config, base, 'priors')
-    assert list(reports) == ['none', 'default', 'paper']
-    assert reports['default'] == base
-    assert reports['none']['mean']['error_rate_image'] > 0
-    lines = comparison_table('priors', base, reports).splitlines()
-    assert lines[0].split()[:4] == ['priors', 'error', '%', 'J']
-    assert ('restart' in lines[0]) == restarts
-    assert lines[2].split()[:5] == ['default', '0.00', '1.0000', '1.0000', '+0.0000']
-    reports = asked.compare(config, base, 'ingredients')
-    assert {'tracking.use_texture', 'tracking.use_tilt', 'segmentation.use_colours'} <= {*reports}
-    assert len({numbers['mean']['J'] for numbers in reports.values()}) == 2
-    words = comparison_table('ingredients', base, reports).splitlines()[1].split()
-    assert words[0] == 'tracking.use_texture'
-    assert float(words[4]) < -0.4
-    assert words[-2] == 'a'
 
 
 @pytest.fixture

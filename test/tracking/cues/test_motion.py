@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from gait_segmentation.scene.scene import Scene, SceneOptions, View
 from gait_segmentation.tracking import TrackingConfig
-from gait_segmentation.tracking.cues import View
+from gait_segmentation.tracking.cues import CueInput
 from gait_segmentation.tracking.cues.motion import MotionCue
-from gait_segmentation.tracking.world import World
+from gait_segmentation.tracking.pose import Pose
+from gait_segmentation.tracking.track import State
 from test.tracking.figures import HEIGHT, STEP_NS, WIDTH, wall
 
 RNG = np.random.default_rng(0)
@@ -20,7 +22,8 @@ class Walk:
 
     def __init__(self, step: int, **tracking) -> None:
         self.config = TrackingConfig(**tracking)
-        self.world = World((HEIGHT, WIDTH), 100.0, self.config)
+        self.scene, self.view = Scene((HEIGHT, WIDTH)), View((HEIGHT, WIDTH), 1.0)
+        self.states: list[State] = []
         self.cue = MotionCue()
         self.step, self.left, self.frames = step, 60, 0
 
@@ -32,18 +35,21 @@ class Walk:
             shape = image[TOP : TOP + 60, extra].shape
             image[TOP : TOP + 60, extra] = RNG.integers(0, 255, shape)
         self.frames += 1
-        self.world.advance(image, self.frames * STEP_NS, (), camera=False)
-        self.world.now.bodies[1] = (float(self.step), 0.0)
+        self.scene.options = SceneOptions(camera=False)
+        self.scene.advance(image, self.frames * STEP_NS)
+        if not self.scene.views:
+            self.scene.add(self.view)
+        self.states.append(State(self.view.now, (float(self.left), 0.0)))
         nothing = np.zeros((HEIGHT, WIDTH), np.float32)
-        center = (self.left + 10.0, TOP + 30.0)
-        view = View(self.world, 1, center, 100.0, WINDOW, nothing, True, self.config)
-        return self.cue.evidence(view)
+        pose = Pose(self.left + 10.0, TOP + 30.0, 100.0, 10, 10)
+        given = CueInput(self.view, self.states, pose, WINDOW, nothing, True, self.config)
+        return self.cue.evidence(given)
 
     def learn(self, mask: np.ndarray) -> None:
         """Tell the mask of the frame, and let the cloth go on."""
-        record = self.world.now
-        record.people = mask
-        self.cue.learn(record, 1, mask)
+        self.view.now.people = mask
+        for _, values in self.states[-1].notes.values():
+            self.cue.learn(values, mask)
         self.left += self.step
 
     @property

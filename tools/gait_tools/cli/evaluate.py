@@ -15,18 +15,21 @@ from pathlib import Path
 
 import cv2
 
-from gait_segmentation.cli.tool import add_config_options, command_parser, preset_file, run_tool
-from gait_segmentation.config import overridden
-from gait_segmentation.files.output_files import keep_apart
-from gait_tools.evaluation.report import (
-    comparison_table,
-    plot_priors,
-    table,
-    tracking_table,
-    write_json,
+from gait_segmentation.cli.tool import (
+    PROCESSORS,
+    add_config_options,
+    check_ranges,
+    command_parser,
+    preset_file,
+    run_tool,
 )
-from gait_tools.evaluation.session import ABLATIONS, Session, load_sequences
-from gait_tools.outputs import check_file, is_own_picture, keep_others, make_folder
+from gait_segmentation.config import overridden
+from gait_segmentation.errors import ConfigError
+from gait_segmentation.files.output_files import keep_apart, write_file
+from gait_tools.evaluation.ablation import SPOILT, ablate
+from gait_tools.evaluation.report import table, tracking_table, write_json
+from gait_tools.evaluation.session import Session, load_sequences
+from gait_tools.outputs import check_file, is_own_picture, keep_others, make_folder, with_part
 
 _OUTPUT = Path('-')
 _SCORES = re.compile(rb'\{\s*"sequences": \{')
@@ -63,7 +66,7 @@ examples
   gait_evaluate data/hall --json - | jq .mean.J
   gait_evaluate data/* --out out/eval --restarts
   gait_evaluate data/* --preset paper --prior none
-  gait_evaluate data/* --ablate priors --out out/eval
+  gait_evaluate data/* --ablate mechanisms --out out/ablation --boxes 3 --jobs 2
   gait_evaluate data/hall --set tracking.use_background=false --bank mine.npz
   gait_evaluate data/hall --init auto --set people.max_people=1
 """
@@ -98,11 +101,6 @@ def parser() -> argparse.ArgumentParser:
         "clip's first frame, and score 14 frames: J and J0 as with --restarts",
     )
     add(
-        '--ablate',
-        choices=tuple(ABLATIONS),
-        help='compare the shape priors, or leave out one ingredient (use_... parameter) at a time',
-    )
-    add(
         '--likelihood',
         default='',
         metavar='NAME',
@@ -127,8 +125,22 @@ def parser() -> argparse.ArgumentParser:
         type=Path,
         metavar='DIR',
         help='write DIR/NAME/masks/NNNN.png and DIR/NAME/contact_sheet.png (found: green, true: '
-        'magenta, without its ambiguous rim), and plots of ablations',
+        'magenta, without its ambiguous rim)',
     )
+    add = made.add_argument_group('what each mechanism is worth').add_argument
+    add(
+        '--ablate',
+        choices=('mechanisms',),
+        help='leave out one at a time, and print a table of what that does to J; --out keeps the '
+        'results, from which a run that was stopped goes on (other code: another DIR)',
+    )
+    boxes = 'also run films from N - 1 boxes moved by up to 4 %% of their height (default: 1)'
+    add('--boxes', type=int, default=1, metavar='N', help=boxes)
+    add('--jobs', type=int, default=1, metavar='N', help='processes (default: 1)')
+    spoil = 'also run what is for them on films whose light is spoilt so, see docs/evaluation.md'
+    add('--spoil', nargs='+', choices=SPOILT, default=[], help=spoil)
+    write = 'put the table between <!-- mechanisms --> and <!-- end --> in a Markdown file'
+    add('--write', type=Path, metavar='FILE', help=write)
     return made
 
 
@@ -144,14 +156,19 @@ def evaluate(options: argparse.Namespace) -> None:
     :raises GaitSegmentationError: if an option, a sequence or a file cannot be used.
     """
     _keep_inputs(options)
+    check_ranges(options, {'jobs': PROCESSORS, 'boxes': (1, 1000)})
+    if options.ablate is not None:
+        if options.out is None or options.json or options.restarts or options.warm:
+            raise ConfigError('--ablate needs --out, and goes without --json, --restarts, --warm')
+        if options.write is not None:
+            with_part(options.write, options.ablate, '')
     if options.json != _OUTPUT:
         keep_others([('--json', options.json, _are_scores)], 'gait_evaluate')
     for path in options.sequence if options.out is not None else ():
         folder = options.out / os.path.basename(os.path.realpath(path))
         masks = [('--out', each, _is_mask) for each in sorted((folder / 'masks').glob('*.png'))]
         sheet = ('--out', folder / 'contact_sheet.png', is_own_picture)
-        plot = ('--out', options.out / 'priors.png', is_own_picture)
-        keep_others([*masks, sheet, plot], 'gait_evaluate')
+        keep_others([*masks, sheet], 'gait_evaluate')
     if options.json not in (None, _OUTPUT):
         check_file(options.json)
     if options.out is not None:
@@ -176,7 +193,7 @@ def evaluate(options: argparse.Namespace) -> None:
     bank = TemplateBank.load(options.bank) if options.bank is not None else None
     session = Session(
         sequences=load_sequences(options.sequence, options.likelihood, options.heat_map),
-        make_pipeline=lambda config: Pipeline(config, bank=bank, clock=time.perf_counter),
+        make_pipeline=partial(Pipeline, bank=bank, clock=time.perf_counter),
         clock=time.perf_counter,
         restarts=options.restarts,
         warm=options.warm,
@@ -187,14 +204,18 @@ def evaluate(options: argparse.Namespace) -> None:
     )
     with compiling(lambda text: print(f'gait_evaluate: {text}', file=sys.stderr)):
         compile_kernels()
+    if options.ablate is not None:
+        told = ('preset', 'bank', 'init', 'likelihood', 'heat_map')
+        about, written = [f'{name}={getattr(options, name)}' for name in told], ''
+        given = options.boxes, options.jobs, options.spoil
+        for line in ablate(session, config, [*about, *settings], options.out, *given):
+            print(line, end='', flush=True)
+            written += line
+        if options.write is not None:
+            write_file(options.write, with_part(options.write, options.ablate, written).encode())
+        return
     report = session.evaluate(config, options.out)
     say(f'{table(report)}\n\n{tracking_table(report)}')
-    if options.ablate is not None:
-        found = session.compare(config, report, options.ablate)
-        say(f'\n{comparison_table(options.ablate, report, found)}')
-        if options.ablate == 'priors' and options.out is not None:
-            plot_priors(options.out / 'priors.png', found)
-        report[options.ablate] = found
     if to_output:
         print(json.dumps(report, indent=2))
     elif options.json is not None:
@@ -216,7 +237,8 @@ def _keep_inputs(options: argparse.Namespace) -> None:
 
     :raises ConfigError: if there are such.
     """
-    outputs = [('--json', None if options.json == _OUTPUT else options.json)]
+    json_file = None if options.json == _OUTPUT else options.json
+    outputs = [('--json', json_file), ('--write', options.write)]
     if options.out is not None:
         names = [os.path.basename(os.path.realpath(path)) for path in options.sequence]
         outputs += [
@@ -224,7 +246,6 @@ def _keep_inputs(options: argparse.Namespace) -> None:
             for name in names
             for what in ('masks', 'contact_sheet.png')
         ]
-        outputs += [('--out', options.out / 'priors.png')]
     settings = dict(setting.partition('=')[::2] for setting in options.set)
     others = (options.bank, settings.get('segmentation.vocabulary'))
     keep_apart(outputs, [*options.sequence, *(Path(each) for each in others if each)])

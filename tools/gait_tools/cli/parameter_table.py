@@ -25,6 +25,7 @@ from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.streams.config import NodeConfig, qualified
+from gait_tools.outputs import with_part
 
 NODES: dict[str, type[GaitNode]] = {
     node.name: node
@@ -39,7 +40,6 @@ NODES: dict[str, type[GaitNode]] = {
 }
 
 _WIDTH = 99
-_BEGIN, _END = '<!-- parameters -->\n', '<!-- end -->'
 
 _HEAD = """\
 # Parameters of all nodes of gait_segmentation, with their defaults.
@@ -130,12 +130,6 @@ def _value(value: Any) -> str:
     return f"'{value}'" if isinstance(value, str) else str(value)
 
 
-def with_tables(docs: str) -> str:
-    """Return a page with its tables, between its marks, made anew."""
-    head, _, rest = docs.partition(_BEGIN)
-    return f'{head}{_BEGIN}{markdown()}{_END}{rest.partition(_END)[2]}'
-
-
 def main() -> None:
     """Print or update."""
     parser = argparse.ArgumentParser(description='Print the parameter file.')
@@ -146,7 +140,7 @@ def main() -> None:
         return
     docs = root / 'docs/parameters.md'
     (root / 'config/gait_segmentation.yaml').write_text(parameter_file(), encoding='utf-8')
-    docs.write_text(with_tables(docs.read_text(encoding='utf-8')), encoding='utf-8')
+    docs.write_text(with_part(docs, 'parameters', markdown()), encoding='utf-8')
 
 
 if __name__ == '__main__':

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""One evaluation: several sequences, one configuration, one report; and ablations."""
+"""One evaluation: several sequences, one configuration, one report."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from tqdm import tqdm
 
-from gait_segmentation.config import parameters_of, replaced, stages_of
+from gait_segmentation.config import replaced
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_tools.evaluation.metrics import PERSON, start_box
 from gait_tools.evaluation.report import SequenceOutput, Summary, mean_of, restart_report
 from gait_tools.evaluation.runner import Outcome, run
-from gait_tools.evaluation.sequence import Sequence, read_mask
+from gait_tools.evaluation.sequence import Boxes, Sequence, read_mask
 from gait_tools.evaluation.tracking_score import TrackingScore, first_frames
 
 if TYPE_CHECKING:
@@ -90,28 +90,6 @@ def restarts_of(sequence: Sequence) -> list[tuple[list[int], Box]]:
     return found
 
 
-def priors(config: Any) -> dict[str, Any]:
-    """Return a pipeline's configuration with each shape prior there is."""
-    about = {about.name: about for about in parameters_of(config.segmentation)}['prior']
-    return {
-        prior: replaced(config, 'segmentation', 'prior', prior) for prior in about.choices or ()
-    }
-
-
-def ingredients(config: Any) -> dict[str, Any]:
-    """Return it without each ``use_...`` parameter that is on, by ``stage.parameter``."""
-    return {
-        f'{stage}.{about.name}': replaced(config, stage, about.name, False)
-        for stage, values in stages_of(config).items()
-        for about in parameters_of(values)
-        if about.type is bool and about.name.startswith('use_') and getattr(values, about.name)
-    }
-
-
-ABLATIONS = {'priors': priors, 'ingredients': ingredients}
-"""What makes the configurations to compare of the one that is used."""
-
-
 @dataclass(frozen=True)
 class Session:
     """
@@ -153,28 +131,14 @@ class Session:
         starts: dict[str, dict[str, dict[int, list[float]]]] = {kind: {} for kind in kinds}
         for sequence in self.sequences:
             title = f'{name} {sequence.name}'.strip()
-            rows[sequence.name] = self._score(config, sequence, out, title)
+            summary = self.score(config, sequence, sequence.starts, out, title)
+            rows[sequence.name] = summary.numbers()
             for kind in kinds:
                 runs = self._restarts(config, sequence, warm=kind == 'warm')
                 count = len(restarts_of(sequence))
                 starts[kind][sequence.name] = dict(_shown(runs, f'{title} {kind}', count))
         report: dict[str, Any] = {'sequences': rows, 'mean': mean_of(rows)}
         return report | {kind: restart_report(starts[kind]) for kind in kinds}
-
-    def compare(
-        self, config: Any, base: Mapping[str, Any], ablation: str
-    ) -> dict[str, dict[str, Any]]:
-        """
-        Evaluate the configurations of an ablation.
-
-        :param base: the report of ``config`` itself, not run again.
-        :param ablation: one of :data:`ABLATIONS`.
-        :returns: the reports by name.
-        """
-        return {
-            name: dict(base) if changed == config else self.evaluate(changed, name=name)
-            for name, changed in ABLATIONS[ablation](config).items()
-        }
 
     def _run(
         self,
@@ -194,11 +158,20 @@ class Session:
             heat_map=sequence.heat_maps(self.heat_map),
         )
 
-    def _score(
-        self, config: Any, sequence: Sequence, out: Path | None, title: str
-    ) -> dict[str, Any]:
-        """Return the scores of a sequence, and write its masks and contact sheet to a folder."""
-        attendance, starts = sequence.attendance, {} if self.auto else sequence.starts
+    def score(
+        self,
+        config: Any,
+        sequence: Sequence,
+        starts: Boxes,
+        out: Path | None = None,
+        title: str = '',
+    ) -> Summary:
+        """
+        Score a sequence started from boxes, and write its masks and contact sheet to a folder.
+
+        :param title: of the bar that shows how far it is; without it there is none.
+        """
+        attendance, starts = sequence.attendance, {} if self.auto else starts
         slots = len(attendance.people) if sequence.label_files else 0
         if self.auto and self.heat_map:
             slots = max(slots, MAP_SLOTS)
@@ -212,7 +185,7 @@ class Session:
                 output.add(outcome)
         if output is not None:
             output.close()
-        return summary.numbers()
+        return summary
 
     def _restarts(
         self, config: Any, sequence: Sequence, *, warm: bool
@@ -246,4 +219,5 @@ class Session:
 def _shown(items: Iterable[Item], name: str, total: int) -> Iterator[Item]:
     """Pass items on, and show how many there were."""
     # disable=None: no bar where stderr is not a terminal.
-    yield from tqdm(items, name, total, unit='frame', disable=None, leave=False)
+    off = None if name else True
+    yield from tqdm(items, name, total, unit='frame', disable=off, leave=False)

@@ -23,10 +23,10 @@ from gait_segmentation.drawing import (
     draw_outline,
 )
 from gait_segmentation.gait_model.bank import TemplateBank, quantize
-from gait_segmentation.geometry import Box, template_to_image
+from gait_segmentation.geometry import Box
 from gait_segmentation.matching.common_areas import splitting_ids
 from gait_segmentation.matching.config import MatchingConfig
-from gait_segmentation.matching.sampling import antialiasing_side, resampled
+from gait_segmentation.matching.placements import antialiasing_side, resampled
 from gait_tools.figures.walk import Phases, Shot
 from gait_tools.sheets import contact_sheet, crop
 
@@ -78,9 +78,9 @@ def table_of(shot: Shot, bank: TemplateBank, config: MatchingConfig) -> PixelTab
     assert match.body is not None
     body = match.body.scaled(likelihood.shape[1] / shot.given.image.shape[1])
     height, width = bank.grid
-    grid = template_to_image(body, height, width, bank.fill)
-    side = max(config.blur, antialiasing_side(body.height / (bank.fill * height)))
-    values = resampled(likelihood, None, [grid], (width, height), side)[0][0]
+    tall = bank.fill * height
+    side = max(config.blur, antialiasing_side(body.height / tall))
+    values = resampled(likelihood, None, body, (1.0,), bank.grid, tall, side)[0][0]
     templates = quantize(bank.templates[match.sequence], config.levels).reshape(bank.phases, -1)
     order = np.argsort(templates, axis=0, kind='stable')
     ranked = np.ascontiguousarray(np.take_along_axis(templates, order, axis=0).T)

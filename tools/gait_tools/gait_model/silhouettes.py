@@ -139,7 +139,7 @@ def register_silhouettes(
     result = np.empty((len(masks), *grid), dtype=np.uint8)
     for k, mask in enumerate(masks):
         body = BodyFrame(axis[k], (top[k] + bottom[k]) / 2, bottom[k] - top[k])
-        matrix = pixel_affine(template_to_image(body, *fine, fill))
+        matrix = pixel_affine(template_to_image(body, *fine, fill * fine[0]))
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         warped = cv2.warpAffine(mask, matrix, fine[::-1], flags=flags)
         result[k] = cv2.resize(warped, (grid[1], grid[0]), interpolation=cv2.INTER_AREA)

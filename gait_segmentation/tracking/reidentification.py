@@ -9,17 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import body_rows
+from gait_segmentation.geometry import REACH
 from gait_segmentation.images import bounding_box
-from gait_segmentation.tracking.competition import REACH, Claim
+from gait_segmentation.scene.scene import Shift
+from gait_segmentation.tracking.association import PixelClaim
+from gait_segmentation.tracking.fusion import FusionTrack
 from gait_segmentation.tracking.likelihood import likelihood_image, log_ratio
-from gait_segmentation.tracking.person import LEAST_SEEN
-from gait_segmentation.tracking.records import Shift
-from gait_segmentation.tracking.target import Target
-from gait_segmentation.tracking.visibility import ALONE, Sight
+from gait_segmentation.tracking.track import Track
+from gait_segmentation.tracking.visibility import ALONE, LEAST_SEEN, Visibility
 
 _FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.12, 0.5, 0.35
 """
-What somebody lost must show to be found: uncovered share, likelihood, and contrast.  The first is
+What somebody lost must show to be found: unoccluded share, likelihood, and contrast.  The first is
 what a search must score, too, since what is hidden adds nothing.
 """
 
@@ -30,9 +31,9 @@ _FAR_COST = 0.08
 """What a body height away from the expected place costs."""
 
 
-def recover(
-    target: Target,
-    claim: Claim | None,
+def reacquire(
+    track: Track,
+    claim: PixelClaim | None,
     likelihood: NDArray[np.uint8] | None,
     taken: NDArray[np.uint8],
 ) -> NDArray[np.uint8] | None:
@@ -42,94 +43,95 @@ def recover(
     :param claim: what was judged where the person is expected, None if nothing was.
     :param likelihood: (h, w) uint8 of that after competing with others, None likewise.
     :param taken: (h, w) uint8, non-zero where others are.
-    :returns: the likelihood, (h, w) uint8, if the person was found; the state is then tracked.
-        Else None, and the person is where expected; only the confidence tells what was seen.
+    :returns: the likelihood, (h, w) uint8, if the person was found.  Else None, and the person is
+        where expected; only the confidence tells what was seen.
     """
-    if claim is not None and likelihood is not None and _shows(target, claim, likelihood, taken):
+    if claim is not None and likelihood is not None and _shows(track, claim, likelihood, taken):
         return likelihood
-    found = _search(target, taken)
+    found = _search(track, taken) if isinstance(track, FusionTrack) else None
     if found is None:
         return None
     dx, dy = found
-    target.shift_now(dx, dy)
-    claim = target.judge()
+    track.shift(dx, dy)
+    claim = track.claim()
     if claim is not None:
-        likelihood = likelihood_image(claim.logit, claim.window, target.world.shape)
+        likelihood = likelihood_image(claim.logit, claim.window, track.view.shape)
         likelihood[taken > 0] = 0
-        if _shows(target, claim, likelihood, taken):
+        if _shows(track, claim, likelihood, taken):
             # Who is not where the pace led does not walk at it.
-            target.person.forget_pace()
+            track.pose.stand()
             return likelihood
-    target.shift_now(-dx, -dy)
+    track.shift(-dx, -dy)
     return None
 
 
 def _shows(
-    target: Target, claim: Claim, likelihood: NDArray[np.uint8], taken: NDArray[np.uint8]
+    track: Track, claim: PixelClaim, likelihood: NDArray[np.uint8], taken: NDArray[np.uint8]
 ) -> bool:
     """
     Return whether the person, and nobody else, can be seen at the place; then track them there.
 
     If not, nothing but the confidence changes.
     """
-    now, shape = target.world.now, target.world.shape
-    if target.person.share_inside(shape) < LEAST_SEEN:
+    shape = track.view.shape
+    if track.pose.share_inside(shape) < LEAST_SEEN:
         return False
     window = claim.window
     values, rivals = likelihood[window], taken[window]
-    sight = Sight.of(values, claim.mask, rivals, rivals)
-    target.confidence = sight.confidence
+    visibility = Visibility.of(values, claim.mask, rivals, rivals)
+    track.confidence = visibility.confidence
     # Who is not behind others may be beside or above something that stands there.
-    strange = now.strange(window, target.config.shadow_floor)
-    before = sight.share > ALONE and _stands_out(sight.before(strange, values))
-    if not (before or _stands_out(sight)):
+    lab, floor = track.view.now.image.lab_part(window), track.config.shadow_floor
+    foreground = track.view.background.contradicted(lab, window, floor)
+    before = visibility.share > ALONE and _stands_out(visibility.before(foreground, values))
+    if not (before or _stands_out(visibility)):
         return False
     likely = np.zeros(shape, np.uint8)
-    likely[window] = np.where(values > 127, sight.uncovered, 0)
-    if not target.appearance.is_like(target.look(likely, now)):
+    likely[window] = np.where(values > 127, visibility.unoccluded, 0)
+    if not track.looks_alike(likely):
         return False
-    target.regain(values, sight, claim)
+    track.find(values, visibility, claim)
     return True
 
 
-def _stands_out(sight: Sight) -> bool:
+def _stands_out(visibility: Visibility) -> bool:
     """Return whether enough is seen, likely, and more so than what is around."""
-    contrast = sight.inside - sight.outside
+    contrast = visibility.inside - visibility.outside
     return (
-        sight.share >= _FOUND_SHARE
-        and sight.inside >= _FOUND_INSIDE
+        visibility.share >= _FOUND_SHARE
+        and visibility.inside >= _FOUND_INSIDE
         and contrast >= _FOUND_CONTRAST
     )
 
 
-def _search(target: Target, taken: NDArray[np.uint8]) -> Shift | None:
+def _search(track: FusionTrack, taken: NDArray[np.uint8]) -> Shift | None:
     """
     Look for the last silhouette of all of the person all over the newest frame.
 
     :returns: how far from the expected place the person seems to be, in pixels, if anywhere.
     """
-    person, record = target.person, target.world.now
-    step = max(1, round(person.height / _SEARCH_HEIGHT))
+    pose, view = track.pose, track.view
+    step = max(1, round(pose.height / _SEARCH_HEIGHT))
     every = slice(None, None, step), slice(None, None, step)
-    lab = record.image.lab_part(every)
-    shape, height = (lab.shape[0], lab.shape[1]), person.height / step
-    center_x, center_y = person.center_x / step, person.center_y / step
+    lab = view.now.image.lab_part(every)
+    shape, height = (lab.shape[0], lab.shape[1]), pose.height / step
+    center_x, center_y = pose.center_x / step, pose.center_y / step
     logit = log_ratio(
         lab,
         body_rows(shape, (0, 0), (center_x, center_y), height),
         every,
-        record.background,
-        person.person,
-        person.surroundings,
-        target.config,
+        view.background,
+        track.colours,
+        track.surroundings,
+        track.config,
     )
     likelihood = likelihood_image(logit, (slice(None), slice(None)), shape)
     likelihood[taken[every] > 0] = 0
-    whole, then = target.whole
-    left, top, across, down = bounding_box(whole)
-    mask = np.ascontiguousarray(whole[top : top + down : step, left : left + across : step])
-    x = center_x + (left - then[0] + across / 2) / step
-    y = center_y + (top - then[1] + down / 2) / step
+    full, then = track.full
+    left, top, across, down = bounding_box(full)
+    mask = np.ascontiguousarray(full[top : top + down : step, left : left + across : step])
+    x = (left + track.displacement[0] - then[0] + across / 2) / step
+    y = (top + track.displacement[1] - then[1] + down / 2) / step
     found = find_silhouette(likelihood, mask, (x, y), height)
     if found is None or found[2] < _FOUND_SHARE:
         return None

@@ -16,16 +16,16 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.images import Window, distance_from, size_of
-from gait_segmentation.paper.features import FeatureSelector, View
-from gait_segmentation.results import TRACKED
+from gait_segmentation.paper.features import FeatureSelector, View as Pixels
+from gait_segmentation.results import LOST
+from gait_segmentation.scene.scene import Frame, View
 from gait_segmentation.starting import FirstMask
 from gait_segmentation.starting.first_mask import in_view
-from gait_segmentation.tracking.competition import Claim
+from gait_segmentation.tracking.association import PixelClaim
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.records import Record, Shift
-from gait_segmentation.tracking.target import Target
-from gait_segmentation.tracking.visibility import Sight, mean_shift
-from gait_segmentation.tracking.world import World
+from gait_segmentation.tracking.pose import Pose
+from gait_segmentation.tracking.track import Track
+from gait_segmentation.tracking.visibility import Visibility, mean_shift
 
 _LEAST_MASS = 1e-3
 """Mass by which nothing can be compared."""
@@ -47,80 +47,78 @@ def start_in(box: Box, shape: tuple[int, int]) -> FirstMask:
     return FirstMask(mask, mask / np.float32(255), box, body)
 
 
-class MeanShiftTarget(Target):
+class MeanShiftTrack(Track):
     """One person followed by adaptive mean shift: an ellipse in an upright box."""
 
-    learns_from_masks = False
-
     def __init__(
-        self, track_id: int, world: World, start: FirstMask, config: TrackingConfig
+        self, track_id: int, view: View, start: FirstMask, config: TrackingConfig
     ) -> None:
-        """Begin with the box of a start in the world's newest frame; see :func:`start_in`."""
-        super().__init__(track_id, world, start, config)
+        """Begin with the box of a start in the newest frame of a view; see :func:`start_in`."""
+        super().__init__(track_id, view, Pose.of(start.body, start.box), config)
         self._selector = FeatureSelector()
         self._usual, self._frames = 1.0, 0
-        self._learn(world.now)
+        self._learn()
 
     @property
     def box(self) -> Box:
         """Return the box, in source pixels."""
         return self.body
 
-    def carried_mask(self) -> NDArray[np.uint8]:
+    def expected_mask(self) -> NDArray[np.uint8]:
         """Return the ellipse in the window about the person."""
-        return _ellipse(self.person.box, self.window)
+        return _ellipse(self.pose.box, self.window)
 
-    def judge(self) -> Claim | None:
-        """Return the likelihood of the chosen features, None if all of it is outside."""
-        person, window = self.person, self.window
+    def claim(self) -> PixelClaim | None:
+        """Judge pixels by the chosen features."""
+        pose, window = self.pose, self.window
         if not all(size_of(window)):
             return None
-        logit = self._selector.log_ratio(_view(self.world.now, window))
-        mask = self.carried_mask()
-        away = distance_from(mask > 127)
-        lost = self.state != TRACKED
-        return Claim(window, logit, mask, away, self.feet, person.height, lost)
+        logit = self._selector.log_ratio(_pixels(self.view.now, window))
+        mask = self.expected_mask()
+        away, hidden = distance_from(mask > 127), self.state == LOST
+        return PixelClaim(window, logit, mask, away, pose.feet, pose.height, hidden)
 
-    def _measured(self, seconds: float, body: NDArray[np.uint8]) -> Shift | None:
-        """Return that only mean shift tells how far the body went."""
-        return None
+    def looks_alike(self, mask: NDArray[np.uint8]) -> bool:
+        """Return that the likelihood has told all that this tracker can."""
+        return True
 
-    def _refine(self, values: NDArray[np.uint8], sight: Sight, claim: Claim) -> None:
+    def refine(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:
         """Move and scale the box by mean shift, and learn what is in it."""
-        person, window = self.person, claim.window
-        box = person.box.shifted(-window[1].start, -window[0].start)
+        pose, window = self.pose, claim.window
+        box = pose.box.shifted(-window[1].start, -window[0].start)
         shift = mean_shift(values, claim.mask, box)
-        self.shift_now(shift.dx, shift.dy)
-        dx, dy = self.world.now.bodies[self.track_id]
-        x, y = person.center_x - dx, person.center_y - dy
-        to_x, to_y = self.world.now.motion.carry(x, y)
-        person.learn_pace((to_x - x, to_y - y), (dx, dy), self.world.step_s)
+        self.shift(shift.dx, shift.dy)
+        before = self.states[-2].displacement if len(self.states) > 1 else (0.0, 0.0)
+        dx, dy = (now - then for now, then in zip(self.displacement, before, strict=True))
+        x, y = pose.center_x - dx, pose.center_y - dy
+        to_x, to_y = self.view.now.motion.carry(x, y)
+        pose.update_velocity((to_x - x, to_y - y), (dx, dy), self.view.step_s)
         if self._frames < _SETTLED:
             self._frames += 1
             self._usual += (shift.scale - self._usual) / self._frames
         else:
             # Without anything likely there is no size.
-            person.grow(min(max(shift.scale / max(self._usual, _LEAST_MASS), 0.5), 2.0))
-        self._learn(self.world.now)
+            pose.grow(min(max(shift.scale / max(self._usual, _LEAST_MASS), 0.5), 2.0))
+        self._learn()
 
-    def _learn(self, record: Record) -> None:
+    def _learn(self) -> None:
         """Learn what is likely in the ellipse, at first all of it, and what is about the box."""
-        box, window = self.person.box, self.window
+        box, window = self.pose.box, self.window
         if not all(size_of(window)):
             return
-        view = _view(record, window)
+        pixels = _pixels(self.view.now, window)
         labels = np.zeros(size_of(window), np.uint8)
         labels[box.shifted(-window[1].start, -window[0].start).slices(*labels.shape[::-1])] = 2
         person = _ellipse(box, window) > 0
         if self.features:
-            person &= self._selector.log_ratio(view) >= 0
+            person &= self._selector.log_ratio(pixels) >= 0
         labels[person] = 1
-        self._selector.learn(view, labels)
+        self._selector.learn(pixels, labels)
         self.features = self._selector.features
 
 
-def _view(record: Record, window: Window) -> View:
-    return View(record.image.bgr[window], record.image.gray[window])
+def _pixels(frame: Frame, window: Window) -> Pixels:
+    return Pixels(frame.image.bgr[window], frame.image.gray[window])
 
 
 def _ellipse(box: Box, window: Window) -> NDArray[np.uint8]:

@@ -1,11 +1,11 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-The place in which nobody is tracked yet, and what moves in it.
+What moves in the scene where nobody is tracked yet.
 
-There is one model of the background, the tracker's, learnt at the size people are tracked at.
-People are searched for in a smaller image against it, and tracks begin before it.  No empty scene
-is needed: a walker stands out as soon as he has moved on by his own width.
+It is looked for in a small image, by the difference from a moment ago and from the background,
+which is learnt where nothing moves.  No empty scene is needed: a walker stands out as soon as he
+has moved on by his own width.
 """
 
 from __future__ import annotations
@@ -20,15 +20,12 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window, median
-from gait_segmentation.scene.background import SURE_COUNT, BackgroundModel
-from gait_segmentation.scene.ego_motion import MotionEstimator
-from gait_segmentation.scene.light import Contrast, Light
-from gait_segmentation.scene.working import WorkingImage, working_shape
+from gait_segmentation.scene.scene import Scene, WholeView
 from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.starting.blobs import Blob, find_blobs
 
 _LARGEST = 640
-"""Longest side of what is learnt."""
+"""Longest side of the image that the background is learnt in."""
 
 _PERIOD_S, _SHARE = 0.12, 0.1
 """
@@ -38,9 +35,6 @@ is known, since the longer it is, the less one more tells.
 
 _MARGIN = 0.012
 """How far about what moves nothing is learnt, in heights of the image."""
-
-_FADE = 0.5
-"""What is left of the count of a pixel that looks otherwise although nothing moves there."""
 
 _GAP_S = 0.14
 """Time between the two frames whose difference shows what moves now."""
@@ -81,7 +75,7 @@ _BROKEN = 0.5
 
 
 @dataclass(frozen=True)
-class SceneFrame:
+class MovingRegions:
     """
     What moves in one frame, in the searched image.
 
@@ -108,71 +102,52 @@ class _Recent:
     motion: WorldMotion
 
 
-class MotionScene:
-    """Learns the still world behind a camera that may move, and shows what moves before it."""
+class MotionDetector:
+    """Shows what moves in a scene before a camera that may move, and lets it learn the rest."""
 
-    def __init__(self, source: tuple[int, int], searched: tuple[int, int]) -> None:
+    def __init__(self, scene: Scene, searched: tuple[int, int]) -> None:
         """
-        Make a scene of which nothing is known.
+        Begin with the newest frame of a scene.
 
-        :param source: (H, W) of the images.
         :param searched: (h, w) of the image that is searched.
         """
-        self._searched = searched
-        self._shape = working_shape(*source, min(1.0, _LARGEST / max(source)))
-        self._scale = searched[1] / self._shape[1], searched[0] / self._shape[0]
-        self._light, self._contrast = Light(), Contrast()
-        self._estimator = MotionEstimator()
+        self._scene, self._searched = scene, searched
+        self._view = WholeView(scene.source, min(1.0, _LARGEST / max(scene.source)))
+        scene.add(self._view)
+        height, width = self._view.shape
+        self._scale = searched[1] / width, searched[0] / height
         self._forget()
 
     def _forget(self) -> None:
-        self._model = self._small = BackgroundModel(self._shape)
-        # From the frame in which the model was known last to the newest.
-        self._since = WorldMotion()
-        self._moved = np.zeros(self._shape, np.uint8)
+        self._view.reset()
         self._recent: deque[_Recent] = deque()
         self._evidence = np.zeros(self._searched, np.uint8)
         self._weather = 0.0
         self._begun = self._learnt = 0.0
 
+    def close(self) -> None:
+        """Let the scene go on without a view for the search."""
+        self._scene.moving = None
+        self._scene.views = [each for each in self._scene.views if each is not self._view]
+
     @property
-    def is_known(self) -> bool:
-        """Return whether anything has been learnt."""
-        return self._learnt > 0
+    def known(self) -> WholeView | None:
+        """Return the view of all of the scene, None if nothing is known of it."""
+        return self._view if self._view.is_known else None
 
-    def levels(self) -> tuple[Light, Contrast]:
-        """Return how the newest frame must be shown to look as the background does."""
-        return self._light, self._contrast
-
-    def background(self, shape: tuple[int, int]) -> BackgroundModel:
-        """Return the background in the newest frame for a working image of (h, w)."""
-        self._carry()
-        return self._model if shape == self._shape else self._model.resized(shape)
-
-    def update(
-        self,
-        image: NDArray[np.uint8],
-        stamp_ns: int,
-        taken: Sequence[Box] = (),
-        apart: Sequence[Box] = (),
-    ) -> SceneFrame:
+    def update(self, taken: Sequence[Box] = (), apart: Sequence[Box] = ()) -> MovingRegions:
         """
-        Take in a frame.
+        Look at the newest frame of the scene.
 
-        :param image: (H, W, 3) uint8 BGR.
-        :param stamp_ns: its stamp, later than the last frame's.
         :param taken: boxes in the searched image in which nobody is looked for, because it is
             known who is there.
         :param apart: boxes in which what moves does not hang together with what moves outside.
         """
-        seconds = stamp_ns / 1e9
-        frame = WorkingImage.of(image, stamp_ns, self._shape, self._light, self._contrast)
-        motion = self._estimator.update(frame.pyramid, self._moved)
-        self._light.follow(motion, self._moved)
-        self._since = WorldMotion.over([self._since, motion])
-        step = motion.scaled(*self._scale)
+        image = self._view.now.image
+        seconds, step = image.stamp_ns / 1e9, self._view.step.scaled(*self._scale)
+        self._view.step = WorldMotion()
         height, width = self._searched
-        lab = np.asarray(cv2.blur(frame.shrunk(self._searched), (3, 3)))
+        lab = np.asarray(cv2.blur(image.shrunk(self._searched), (3, 3)))
         moving = self._moving(np.ascontiguousarray(lab[:, :, 0]), seconds, step)
         likelihood = self._compare(lab, moving)
         windows = [box.slices(width, height) for box in taken]
@@ -197,12 +172,12 @@ class MotionScene:
         filled = silhouettes.copy()
         for window in windows:
             filled[window] = 255
-        size = self._shape[::-1]
-        self._moved = np.asarray(cv2.resize(filled, size, interpolation=cv2.INTER_NEAREST))
-        self._learn(frame, filled, seconds)
+        self._scene.moving = filled
+        self._learn(filled, seconds)
         x, y = step.carry(width / 2, height / 2)
-        shift = x - width / 2, y - height / 2
-        return SceneFrame(likelihood, blobs, silhouettes, shift, fresh)
+        return MovingRegions(
+            likelihood, blobs, silhouettes, (x - width / 2, y - height / 2), fresh
+        )
 
     def _lasting(self, evidence: NDArray[np.uint8], step: WorldMotion) -> NDArray[np.uint8] | None:
         """Return what was there in the last frame, too, (h, w) uint8, None in fair weather."""
@@ -226,7 +201,7 @@ class MotionScene:
         while len(frames) > 2 and seconds - frames[1].seconds >= _GAP_S:
             frames.popleft()
         before, motion = frames[0].gray, frames[0].motion
-        level = _SPREADS * self._model.sigma
+        level = _SPREADS * self._view.background.sigma
         if motion.camera is None:
             difference = cv2.absdiff(gray, before)
         else:
@@ -243,14 +218,14 @@ class MotionScene:
     def _compare(self, lab: NDArray[np.uint8], moving: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return how surely each pixel is no background, (h, w) uint8."""
         unknown = np.where(moving > 0, np.uint8(_UNKNOWN), np.uint8(0))
-        if not self.is_known:
+        if not self._view.is_known:
             return unknown
-        model = self._small.moved([self._since.scaled(*self._scale)])
+        model = self._view.smoothed(self._searched)
         logit = model.evidence(lab, _all_of(lab), _SHADOW_FLOOR)
         likelihood = np.clip(127.5 + _GAIN * logit, 0, 255).astype(np.uint8)
         return np.where(logit == 0, unknown, likelihood)
 
-    def _learn(self, frame: WorkingImage, filled: NDArray[np.uint8], seconds: float) -> None:
+    def _learn(self, filled: NDArray[np.uint8], seconds: float) -> None:
         """
         Learn the background now and then.
 
@@ -264,33 +239,8 @@ class MotionScene:
             return
         self._learnt = seconds
         side = 2 * max(1, round(_MARGIN * filled.shape[0])) + 1
-        hidden = cv2.dilate(filled, np.ones((side, side), np.uint8))
-        hidden = np.asarray(cv2.resize(hidden, self._shape[::-1], interpolation=cv2.INTER_NEAREST))
-        self._carry()
-        model, lab = self._model, frame.lab
-        every = _all_of(lab)
-        model.measure_noise(lab, hidden, [every])
-        # What has left or has come to stay is no mean with what was there before: the longer
-        # that was seen, the longer it must be missed.
-        other = (model.contradicted(lab, every, 1.0) > 0) & (hidden == 0)
-        model.sums[other] *= _FADE
-        gone = other & (model.count < SURE_COUNT)
-        model.forget(gone)
-        model.learn(lab, np.where(other & ~gone, np.uint8(1), hidden))
-        self._make_small()
-
-    def _carry(self) -> None:
-        """Carry the background along to the newest frame."""
-        if self._since.camera is None:
-            return
-        self._model = self._model.moved([self._since])
-        self._since = WorldMotion()
-        self._make_small()
-
-    def _make_small(self) -> None:
-        """Make the background of the searched image."""
-        self._small = self._model.resized(self._searched)
-        self._small.sums = np.asarray(cv2.blur(self._small.sums, (3, 3)))
+        hidden, size = cv2.dilate(filled, np.ones((side, side), np.uint8)), self._view.shape[::-1]
+        self._view.learn_all(np.asarray(cv2.resize(hidden, size, interpolation=cv2.INTER_NEAREST)))
 
 
 def _of_misplacement(

@@ -6,11 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.colour import ColourModel
 from gait_segmentation.images import placed
 from gait_segmentation.results import Feedback
-from gait_segmentation.tracking.learning import grown, learn, without_parts_apart
-from gait_segmentation.tracking.person import Person
+from gait_segmentation.tracking.masks import grown, without_parts_apart
 from test.tracking.figures import Figure, Told, picture, walk
 
 BOARD = (130, 320)
@@ -25,9 +23,9 @@ def test_half_a_body_teaches_neither_colours_nor_size_but_is_followed() -> None:
     told.start(path[0])
     for number, figure in enumerate(path):
         (result,) = told.show(figure, boards=[BOARD])
-        (target,) = told.tracker.targets()
-        colours.append(hash(target.person.person.table.tobytes()))
-        heights.append(target.body.height)
+        (track,) = told.tracker.tracks()
+        colours.append(hash(track.colours.table.tobytes()))
+        heights.append(track.body.height)
         if number >= 10:
             assert result.state == 'tracked'
             assert result.body.center_x == pytest.approx(figure.x, abs=9)
@@ -44,11 +42,11 @@ def test_a_part_of_somebody_who_is_not_alone_tells_nothing_of_the_background(alo
     told = Told()
     told.follow([Figure(60)] * 2)
     told.tracker.update(picture([Figure(60)])[0], told.stamp_ns)
-    (target,) = told.tracker.targets()
+    (track,) = told.tracker.tracks()
     half = Figure(60).mask()
     half[:, 60:] = 0
-    feedback = Feedback(told.stamp_ns, target.track_id, half, None, Figure(60).mask())
-    taught = learn(target, target.world.now, feedback, alone=alone)
+    feedback = Feedback(told.stamp_ns, track.track_id, half, None, Figure(60).mask())
+    taught = track.correct(track.states[-1], feedback, alone=alone)
     assert (taught is not None) == alone
 
 
@@ -71,14 +69,12 @@ def test_the_margin_is_a_share_of_the_height() -> None:
 
 
 def test_a_first_mask_far_too_large_does_not_keep_others_out_for_ever() -> None:
-    true = block(20, 10, 40, 50)
-    colours = ColourModel(0.7, 1e-4), ColourModel(0.7, 1e-4)
-    person = Person(30, 30, 40, 8, 8, block(14, 10, 46, 50), *colours)
-    assert not person.shows_all(true)
-    for _ in range(30):
-        person.shows_all(true)
-    assert person.shows_all(true)
-    assert not person.shows_all(block(20, 10, 40, 30))
+    told, figure = Told(), Figure(60)
+    told.tracker.initialize(figure.box.padded(12, 0))
+    for _ in range(40):
+        told.show(figure)
+    (track,) = told.tracker.tracks()
+    assert track.body.width < figure.box.width + 8
 
 
 def test_parts_apart_from_the_template_tell_nothing_of_the_body() -> None:
@@ -102,12 +98,12 @@ def test_a_mask_of_who_was_lost_meanwhile_teaches_nothing() -> None:
     told = Told()
     told.follow([Figure(60)] * 2)
     told.tracker.update(picture([Figure(60)])[0], told.stamp_ns)
-    (target,) = told.tracker.targets()
+    (track,) = told.tracker.tracks()
     mask = Figure(60).mask()
-    target.lose()
-    feedback = Feedback(told.stamp_ns, target.track_id, mask, None, mask)
-    assert learn(target, target.world.now, feedback) is None
-    assert target.person.template is None
+    track.enter('lost', 'as the test says')
+    feedback = Feedback(told.stamp_ns, track.track_id, mask, None, mask)
+    assert track.correct(track.states[-1], feedback, alone=True) is None
+    assert track.template is None
 
 
 def test_what_looks_like_the_place_about_the_template_is_no_colour_of_the_person() -> None:
@@ -117,7 +113,7 @@ def test_what_looks_like_the_place_about_the_template_is_no_colour_of_the_person
         told.follow(walk(Figure(40), 20))
         image, (mask,) = picture([Figure(97)])
         told.see(image, [cv2.dilate(mask, np.ones((size, size), np.uint8))], [mask])
-        (target,) = told.tracker.targets()
-        return target.person.person.whole()
+        (track,) = told.tracker.tracks()
+        return track.colours.whole()
 
     np.testing.assert_allclose(colours(7), colours(1), atol=1e-4)

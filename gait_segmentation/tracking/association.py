@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-Competition of overlapping people for pixels.
+Association of pixels with people who overlap.
 
 Every person k judges pixels against the surroundings by a log-likelihood ratio L_k.  With several
 people at one place the alternatives to k are the surroundings and all others::
@@ -24,13 +24,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.geometry import REACH
 from gait_segmentation.images import Window, distance_from, overlap, within
 
 _FARTHEST = -6.0
-"""Log ratio that falls off up to :data:`REACH`, where somebody ceases to compete."""
-
-REACH = 0.12
-"""How far about the outline of a person it is asked whose pixels are, in body heights."""
+"""Log ratio that falls off up to :data:`.REACH`, where somebody ceases to compete."""
 
 _REFUSED = np.float32(-0.5)
 """Log ratio of a pixel for those who do not get it though they find it likely."""
@@ -40,7 +38,7 @@ _NEARER = 1.5
 
 
 @dataclass(frozen=True)
-class Claim:
+class PixelClaim:
     """
     What one person makes of the pixels in a window.
 
@@ -68,7 +66,7 @@ class Claim:
         return np.float32(_FARTHEST) * beyond(away, self.height)
 
 
-def compete(claims: Sequence[Claim]) -> list[NDArray[np.float32]]:
+def associate(claims: Sequence[PixelClaim]) -> list[NDArray[np.float32]]:
     """
     Return the log ratio of each person against the surroundings and everybody else.
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -54,13 +55,18 @@ CAMERAS: dict[str, Callable[[Image, int], Any]] = {
     'gamma': lambda image, number: 255 * (image / 255) ** 0.7,
     'gain': lambda image, number: image * (1 + 0.25 * math.sin(number / 6)),
     'flicker': _banded,
+    'ramp': lambda image, number: (1 - 0.25 * min(number / 12, 1)) * image,
+    'night': lambda image, number: _grey(image),
     'warm': lambda image, number: image * np.array([0.88, 1.0, 1.12]),
     'grey': lambda image, number: _grey(image),
     'jpeg': lambda image, number: _jpeg(image, 15),
     'noise': lambda image, number: image + _rng(number).normal(0.0, 12.0, image.shape),
     'blur': lambda image, number: cv2.GaussianBlur(image, (0, 0), 1.5),
 }
-"""What becomes of a frame, given its number, by the name of the kind."""
+"""What becomes of a frame, given its number (of :data:`LATE` since then), by the kind's name."""
+
+LATE = ('flicker', 'ramp', 'night')
+"""Those that begin in the middle of the clip: lamps come on, a cloud comes, it gets dark."""
 
 MAPS: dict[str, Callable[[Image, int], Any]] = {
     'map': lambda heat, number: heat,
@@ -75,6 +81,28 @@ MAPS: dict[str, Callable[[Image, int], Any]] = {
 """What becomes of a heat map that comes with the frame."""
 
 KINDS = (*CAMERAS, *MAPS)
+
+
+@dataclass(frozen=True)
+class Filmed(Sequence):
+    """A sequence as a camera of one of :data:`CAMERAS` films it."""
+
+    kind: str
+
+    def image(self, number: int) -> Image:
+        """Return what becomes of a frame, see :meth:`Sequence.image`."""
+        image = super().image(number)
+        if self.kind in LATE:
+            number -= sorted(self.frames)[len(self.frames) // 2] - 1
+            if number <= 0:
+                return image
+        return np.clip(np.round(CAMERAS[self.kind](image, number)), 0, 255).astype(np.uint8)
+
+
+def filmed(sequence: Sequence, kind: str) -> Filmed:
+    """Return a sequence as a camera of a kind films it."""
+    known = {each.name: getattr(sequence, each.name) for each in fields(sequence)}
+    return Filmed(**known, kind=kind)
 
 
 def _heat(labels: Image, number: int) -> Image:
@@ -103,8 +131,7 @@ def write_variant(sequence: Sequence, kind: str, folder: Path, maps: str = '') -
             (folder / each.name).symlink_to(each.resolve())
     for number, path in sequence.frames.items():
         if kind in CAMERAS:
-            made = CAMERAS[kind](sequence.image(number), number)
-            image = np.clip(np.round(made), 0, 255).astype(np.uint8)
+            image = filmed(sequence, kind).image(number)
             write_image(folder / 'frames' / f'{path.stem}.png', image)
             continue
         name = f'{path.stem}.png'

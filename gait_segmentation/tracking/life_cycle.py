@@ -1,16 +1,36 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether somebody found without a box is a person, as their first second tells."""
+"""
+When a track is confirmed, lost, found again and ended.
+
+Somebody found without a box is a candidate at first: their first seconds tell whether it is a
+person.
+"""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.images import bounding_box, tanimoto
+from gait_segmentation.results import LOST, TRACKED
 from gait_segmentation.starting.blobs import normalised
 
-_RIPE_NS, _TRIAL_NS = 1_000_000_000, 3_000_000_000
+if TYPE_CHECKING:
+    from gait_segmentation.tracking.track import Track
+
+ENDED = 'ended'
+"""The state of a track whose slot is free again."""
+
+_LOST_FRAMES = 2
+"""Frames in a row in which too little is seen after which a person is lost."""
+
+GAP_S = 0.5
+"""Time between two frames from which on nobody is followed from one to the other."""
+
+_RIPE_NS, _PROBATION_NS = 1_000_000_000, 3_000_000_000
 """Time after which the masks tell whether it is a person, and in which people do not vanish."""
 
 _LEAST_FIT = 0.68
@@ -29,7 +49,40 @@ What lies outside counts so many times against a person.
 """
 
 
-class Trial:
+def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str, str]:
+    """
+    Return the state of a track from now on, and why; nothing else decides over it.
+
+    A candidate is ended when it vanishes in the open, or when after a second its masks have not
+    the shape of a body, and confirmed after three.  Somebody tracked is lost in a gap, outside of
+    the image, and when too little is seen in two frames in a row.  Somebody lost is tracked again
+    when they are found, and ended when they are not for so long as ``patience`` says.
+
+    :param stamp_ns: of the newest frame.
+    :param gap_s: seconds without a frame before that.
+    """
+    lost, probation = track.state == LOST, track.probation
+    if probation is not None:
+        if lost and track.is_inside:
+            return ENDED, 'it vanished in the open'
+        if not probation.is_passed(stamp_ns):
+            return ENDED, 'it has not the shape of a body'
+    if gap_s > GAP_S:
+        return LOST, f'no frame came for {gap_s:.1f} s'
+    if lost and track.found:
+        return TRACKED, ''
+    if lost and track.lost_s > track.config.patience:
+        return ENDED, f'not found for {track.lost_s:.1f} s'
+    if lost:
+        return LOST, track.reason
+    if track.is_outside:
+        return LOST, 'outside of the image'
+    if track.unseen_frames >= _LOST_FRAMES:
+        return LOST, 'hidden, or not told from what is around'
+    return TRACKED, ''
+
+
+class Probation:
     """
     What speaks for somebody found by the walk to be a person.
 
@@ -65,18 +118,14 @@ class Trial:
 
     def is_over(self, stamp_ns: int) -> bool:
         """Return whether there is nothing left to decide."""
-        return stamp_ns >= self._begin_ns + _TRIAL_NS
+        return stamp_ns >= self._begin_ns + _PROBATION_NS
 
-    def is_failed(self, stamp_ns: int, *, vanished: bool) -> bool:
-        """
-        Return whether it is nobody, as the masks tell, once, after the first second.
-
-        :param vanished: whether they were lost in the middle of the image.
-        """
+    def is_passed(self, stamp_ns: int) -> bool:
+        """Return whether it may be a person, as the masks tell, once, after the first second."""
         if not self._passed and stamp_ns >= self._begin_ns + _RIPE_NS:
             self._passed = self._is_body()
-            return vanished or not self._passed
-        return vanished
+            return self._passed
+        return True
 
     def _is_body(self) -> bool:
         """Return whether it is a person as far as is known; without a mask nothing is."""

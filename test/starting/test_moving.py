@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.motion_scene import MotionScene, SceneFrame
+from gait_segmentation.scene.background import BackgroundModel
+from gait_segmentation.scene.scene import Scene
+from gait_segmentation.starting.moving import MotionDetector, MovingRegions
 
 SHAPE = (120, 160)
 RED = (40, 30, 220)
@@ -27,11 +29,23 @@ def seen(number: int, pan: float = 0.0) -> np.ndarray:
     return np.asarray(cv2.warpAffine(wall(), matrix, SHAPE[::-1], flags=cv2.INTER_CUBIC))
 
 
-def show(scene: MotionScene, number: int, image: np.ndarray, *known: Box) -> SceneFrame:
-    """Show a frame, with noise, to a scene."""
-    noisy = image + np.random.default_rng(number).normal(0, 2, image.shape)
-    stamp_ns = 10**9 + 40_000_000 * number
-    return scene.update(np.clip(noisy, 0, 255).astype(np.uint8), stamp_ns, known)
+class Watch:
+    """A scene, and what moves in it."""
+
+    def __init__(self) -> None:
+        self.scene = Scene(SHAPE)
+        self.detector: MotionDetector | None = None
+
+    def show(self, number: int, image: np.ndarray, *known: Box) -> MovingRegions:
+        """Show a frame, with noise."""
+        noisy = image + np.random.default_rng(number).normal(0, 2, image.shape)
+        stamp_ns = 10**9 + 40_000_000 * number
+        self.scene.advance(np.clip(noisy, 0, 255).astype(np.uint8), stamp_ns)
+        self.detector = self.detector or MotionDetector(self.scene, SHAPE)
+        return self.detector.update(known)
+
+    def background(self) -> BackgroundModel:
+        return self.detector.known.known(SHAPE)
 
 
 def block(number: int) -> Box:
@@ -51,62 +65,62 @@ def lab_of(image: np.ndarray) -> np.ndarray:
 def test_what_comes_to_stay_becomes_background_the_sooner_the_less_was_known() -> None:
     times = []
     for known in (10, 60):
-        scene = MotionScene(SHAPE, SHAPE)
+        scene = Watch()
         for number in range(known):
-            show(scene, number, seen(0))
+            scene.show(number, seen(0))
         image = seen(0)
         image[40:80, 60:80] = RED
-        frame = show(scene, known, image)
+        frame = scene.show(known, image)
         assert (frame.likelihood[42:78, 62:78] > 127).all()
         for number in range(known + 1, known + 60):
-            if not (show(scene, number, image).likelihood[42:78, 62:78] > 127).any():
+            if not (scene.show(number, image).likelihood[42:78, 62:78] > 127).any():
                 break
         times.append(number - known)
     assert 5 < times[0] < times[1] < 40
 
 
 def test_another_picture_begins_anew() -> None:
-    scene, places = MotionScene(SHAPE, SHAPE), (seen(0), seen(0)[::-1, ::-1])
-    frames = [show(scene, number, places[number >= 12]) for number in range(24)]
+    scene, places = Watch(), (seen(0), seen(0)[::-1, ::-1])
+    frames = [scene.show(number, places[number >= 12]) for number in range(24)]
     assert [frame.fresh for frame in frames].index(True) == 12
     assert frames[-1].blobs == []
 
 
 def test_a_shadow_does_not_stand_out() -> None:
-    scene = MotionScene(SHAPE, SHAPE)
+    scene = Watch()
     for number in range(12):
-        show(scene, number, seen(0))
+        scene.show(number, seen(0))
     image = seen(0)
     image[30:60, 30:60] *= 0.8
     image[30:60, 90:120] *= 0.3
-    likelihood = show(scene, 12, image).likelihood
+    likelihood = scene.show(12, image).likelihood
     assert (likelihood[33:57, 33:57] > 127).mean() < 0.1
     assert (likelihood[33:57, 93:117] > 127).mean() > 0.9
 
 
 @pytest.mark.parametrize('pan', [0.0, 1.3])
 def test_who_is_known_is_no_blob_and_is_not_learnt(pan: float) -> None:
-    scene = MotionScene(SHAPE, SHAPE)
+    scene = Watch()
     for number in range(24):
         image = seen(number, pan)
         known, other = Box(20 + number, 30, 16, 60), Box(60 + 2 * number, 40, 24, 50)
         for box in (known, other):
             image[box.slices(SHAPE[1], SHAPE[0])] = RED
-        frame = show(scene, number, image, known.padded(3, 3))
+        frame = scene.show(number, image, known.padded(3, 3))
     assert max(blob.box.iou(other) for blob in frame.blobs) > 0.5
     assert max(blob.box.iou(known) for blob in frame.blobs) < 0.1
     # Once it is not known any more it stands out at once.
-    frame = show(scene, 24, image)
+    frame = scene.show(24, image)
     assert max(blob.box.iou(known) for blob in frame.blobs) > 0.4
 
 
 @pytest.mark.parametrize('pan', [0.0, 1.3])
 def test_a_walker_of_the_first_frame_and_the_place_behind_are_soon_known(pan: float) -> None:
-    scene, shown = MotionScene(SHAPE, SHAPE), []
+    scene, shown = Watch(), []
     for number in range(30):
         image = seen(number, pan)
         image[block(number).slices(SHAPE[1], SHAPE[0])] = RED
-        shown.append(show(scene, number, image))
+        shown.append(scene.show(number, image))
     likely, true = shown[24].likelihood > 127, inside(block(24))
     assert (likely & true).sum() / (likely | true).sum() > 0.7
     silhouettes = shown[15].silhouettes
@@ -114,7 +128,7 @@ def test_a_walker_of_the_first_frame_and_the_place_behind_are_soon_known(pan: fl
     assert (silhouettes[:, 74:] > 0).mean() < 0.02
     assert sum(frame.shift[0] for frame in shown) == pytest.approx(-pan * 29, abs=2.0)
     assert abs(sum(frame.shift[1] for frame in shown)) < 1
-    found, truth = scene.background(SHAPE), seen(29, pan)
+    found, truth = scene.background(), seen(29, pan)
     known = found.count >= 2
     # Also where the walker was at first.
     assert known[30:90, 5:70].mean() > 0.9
@@ -131,17 +145,17 @@ def test_a_walker_of_the_first_frame_and_the_place_behind_are_soon_known(pan: fl
 
 
 def test_what_always_moves_is_never_learnt_and_what_has_left_is_not_mixed_in() -> None:
-    scene = MotionScene(SHAPE, SHAPE)
+    scene = Watch()
     for number in range(50):
         image = seen(0)
         image[30:90, 60:80] = (20, 20, 200) if number // 4 % 2 else (200, 20, 20)
         if number < 15:
             image[60:100, 110:150] = (40, 200, 40)
-        show(scene, number, image)
+        scene.show(number, image)
         if number == 24:
-            count = scene.background(SHAPE).count
+            count = scene.background().count
             assert not count[34:86, 64:76].any()
             assert count[:, :50].min() > 5
-    known, part = scene.background(SHAPE), (slice(62, 98), slice(112, 148))
+    known, part = scene.background(), (slice(62, 98), slice(112, 148))
     assert (known.count[part] >= 2).all()
     assert np.abs(known.mean[part] - lab_of(seen(0))[part].astype(float)).max() < 12

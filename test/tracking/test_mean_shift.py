@@ -78,9 +78,9 @@ def test_the_box_comes_back_to_who_was_moved_and_a_camera_that_pans_is_no_pace(p
         shift = 3 * number if pans else 8 * min(number, 1)
         [track] = made.update(np.roll(frame.image, shift, axis=1), 40_000_000 * (1 + number))
     assert track.body.center_x - box.center_x == pytest.approx(shift, abs=4)
-    [target] = made.targets()
+    [found] = made.tracks()
     # The camera pans by 75 pixels a second.
-    assert not pans or abs(target.person.velocity[0]) < 25
+    assert not pans or abs(found.pose.velocity[0]) < 25
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,508 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+The place before one camera: its light, how the camera moves, and what is there without people.
+
+There is one scene from the first image of a stream on.  Light and camera motion are measured once
+a frame, at the finest scale in use; people of other sizes have views of it at scales of their own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.geometry import REACH, Box, body_window
+from gait_segmentation.heat_maps import HeatMap
+from gait_segmentation.images import Window
+from gait_segmentation.scene.background import SURE_COUNT, BackgroundModel
+from gait_segmentation.scene.ego_motion import MotionEstimator
+from gait_segmentation.scene.light import Contrast, Light
+from gait_segmentation.scene.working import WorkingImage, working_shape
+from gait_segmentation.scene.world_motion import WorldMotion
+
+Shift = tuple[float, float]
+
+MOST_KEPT = 16
+"""Frames kept for masks that come late."""
+
+MOTION_GAP = 4
+"""Frames between the two that motion is seen by."""
+
+_LEAST_SHOWN = 0.1
+"""Share of the known background below which a frame shows something else."""
+
+_GAP = 3
+"""Frames between the two that tell what moves and is not learnt."""
+
+_LEVEL, _SPREADS = 6.0, 2.0
+"""Change that is motion: grey levels, and spreads of a still pixel on top."""
+
+_FADE = 0.5
+"""What is left of the count of a pixel that looks otherwise although nothing moves there."""
+
+_SIDE = 5
+"""Side in pixels of the squares that changes are averaged over and that motion is widened by."""
+
+
+@dataclass(eq=False)
+class Frame:
+    """
+    One frame at one scale, kept until its masks have come.
+
+    ``motion`` is how the still world moved since the frame before.  ``windows`` are the parts in
+    which the background is known and learnt, disjoint.  ``blank`` tells that nothing of the scene
+    can be seen: something covers the lens, the picture is damaged, or it shows another place.
+    ``heat`` is (h, w) uint8, P(person) as others see it, if they do, of ``heat_frames`` frames
+    before; ``people`` is (h, w) uint8, non-zero where people were, None until the masks came, and
+    ``learnt`` tells whether they came.
+    """
+
+    image: WorkingImage
+    motion: WorldMotion
+    windows: list[Window]
+    blank: bool = False
+    heat: NDArray[np.uint8] | None = None
+    heat_frames: int = 0
+    people: NDArray[np.uint8] | None = None
+    learnt: bool = False
+
+
+class View:
+    """
+    The scene at one scale, about the people who are tracked at it.
+
+    ``background`` is what it looks like in the newest frame.  ``areas`` are where people were in
+    the last frame, in working pixels: the background is followed and learnt about them, or all
+    over the image if there are none or ``everywhere`` is set.
+    """
+
+    def __init__(self, source: tuple[int, int], scale: float) -> None:
+        """
+        Make a view of which nothing is known.
+
+        :param source: (H, W) of the source images.
+        :param scale: from source to working pixels.
+        """
+        self.source, self.scale = source, scale
+        self.shape = working_shape(*source, scale)
+        self.background = BackgroundModel(self.shape)
+        self.frames: deque[Frame] = deque(maxlen=MOST_KEPT)
+        self.areas: Sequence[Box] = ()
+        self.everywhere = False
+        self.points = MotionEstimator()
+        self._expected = self.background, [self.all]
+
+    @property
+    def all(self) -> Window:
+        """Return all rows and columns."""
+        return slice(0, self.shape[0]), slice(0, self.shape[1])
+
+    @property
+    def now(self) -> Frame:
+        """Return the newest frame."""
+        return self.frames[-1]
+
+    @property
+    def step_s(self) -> float:
+        """Return the seconds between the last two frames, 0 at the first."""
+        if len(self.frames) < 2:
+            return 0.0
+        return (self.frames[-1].image.stamp_ns - self.frames[-2].image.stamp_ns) / 1e9
+
+    @property
+    def is_late(self) -> bool:
+        """Return whether masks of the frame before the newest are still to come."""
+        return len(self.frames) > 1 and not self.frames[-2].learnt
+
+    def take(self, stamp_ns: int) -> Frame | None:
+        """Return the frame of a stamp to learn from; None if it, or a newer one, is learnt."""
+        for frame in reversed(self.frames):
+            if frame.learnt:
+                return None
+            if frame.image.stamp_ns == stamp_ns:
+                frame.learnt = True
+                while len(self.frames) > MOTION_GAP + 1 and self.frames[0] is not frame:
+                    self.frames.popleft()
+                return frame
+        return None
+
+    def motion_since(self, frame: Frame) -> WorldMotion:
+        """Return how the still world moved from a frame that is kept to the newest."""
+        frames = list(self.frames)
+        return WorldMotion.over(each.motion for each in frames[frames.index(frame) + 1 :])
+
+    def background_in(self, frame: Frame, window: Window) -> BackgroundModel:
+        """Return the background as a window of an earlier frame should show it."""
+        return self.background.moved([self.motion_since(frame).inverse()], [window])
+
+    def people(self) -> NDArray[np.uint8]:
+        """Return where people were in the last frame, (h, w) uint8, 1 there."""
+        people = np.zeros(self.shape, np.uint8)
+        for area in self.areas:
+            people[area.slices(self.shape[1], self.shape[0])] = 1
+        return people
+
+    def expect(self, image: WorkingImage, motion: WorldMotion) -> float | None:
+        """
+        Carry the background on to a frame, which :meth:`accept` then takes in.
+
+        :returns: the share of it that the frame shows, None if few pixels tell.
+        """
+        windows = windows_about(() if self.everywhere else self.areas, motion, self.shape)
+        background = self.background.moved([motion], windows)
+        self._expected = background, windows
+        if image.pyramid.is_blank or not windows:
+            return None
+        return background.agreement(image.lab, self.people(), windows)
+
+    def accept(
+        self,
+        image: WorkingImage,
+        motion: WorldMotion,
+        heat: HeatMap | None = None,
+        *,
+        blank: bool = False,
+    ) -> None:
+        """
+        Take in a frame.
+
+        :param motion: of the world since the last frame.
+        :param heat: P(person) from elsewhere, of this frame or one before.
+        :param blank: whether nothing of the scene can be seen.
+        """
+        background, windows = self._expected
+        if not blank:
+            self.background = background
+        self.frames.append(Frame(image, motion, windows, blank))
+        stamps = [each.image.stamp_ns for each in list(self.frames)[-1 - MOTION_GAP :]]
+        if heat is not None and heat.stamp_ns >= stamps[0]:
+            size = self.shape[::-1]
+            values = cv2.resize(heat.values, size, interpolation=cv2.INTER_LINEAR)
+            self.now.heat = np.asarray(values)
+            # It is of the frame that is nearest to its stamp.
+            ages = [abs(stamp_ns - heat.stamp_ns) for stamp_ns in stamps]
+            self.now.heat_frames = len(ages) - 1 - ages.index(min(ages))
+
+    def reset(self) -> None:
+        """Forget the place, for the camera shows another one from now on."""
+        for model in (self.background, self._expected[0]):
+            model.sums[:] = 0
+        self.frames.clear()
+
+    def learn(
+        self,
+        frame: Frame,
+        people: NDArray[np.uint8],
+        around: Sequence[Window],
+        *,
+        gate: bool = True,
+    ) -> None:
+        """
+        Learn the background from a frame that is kept, unless nothing can be seen in it.
+
+        :param people: (h, w) uint8, non-zero where people may be in it.
+        :param around: windows about people in it, in which the noise is measured.
+        :param gate: whether to leave out what moves against the world.
+        """
+        frame.people = people
+        if frame.blank:
+            return
+        lab, hidden, motion = frame.image.lab, people, self.motion_since(frame)
+        windows = frame.windows
+        if motion.camera is not None:
+            # The mask came late: the frame is carried on to where the background is by now.
+            windows = around = self.now.windows
+            lab, people = _carried(frame, people, motion, windows)
+        self.background.measure_noise(lab, people, around)
+        if gate:
+            hidden = hidden.copy()
+            self._add_moving(hidden, frame)
+        if motion.camera is not None:
+            lab, hidden = _carried(frame, hidden, motion, windows)
+        self.background.learn(lab, hidden, windows)
+
+    def _add_moving(self, people: NDArray[np.uint8], frame: Frame) -> None:
+        """
+        Add to people, (h, w) uint8, what else moves against the world in the windows of a frame.
+
+        Nothing is added if there is no earlier frame.
+        """
+        frames = list(self.frames)
+        index = frames.index(frame)
+        if index == 0:
+            return
+        first = max(0, index - _GAP)
+        earlier = frames[first]
+        motion = WorldMotion.over(each.motion for each in frames[first + 1 : index + 1])
+        gray = frame.image.gray, earlier.image.gray
+        for window in frame.windows:
+            moving = moving_pixels(*gray, motion, window, self.background.sigma)
+            if earlier.people is not None:
+                # What people have just uncovered has changed but is background.
+                left = motion.warped(earlier.people, window, cv2.BORDER_CONSTANT)
+                moving &= cv2.inRange(left, 0, 0)
+            people[window] |= moving
+
+
+class WholeView(View):
+    """
+    The scene all over the image, in which people are looked for.
+
+    Its background is carried along only when it is asked for, since each motion blurs it.
+    ``step`` is how the world moved since the image that was searched last.
+    """
+
+    def __init__(self, source: tuple[int, int], scale: float) -> None:
+        """Make a view of which nothing is known; see :class:`View`."""
+        super().__init__(source, scale)
+        self.frames = deque(maxlen=2)
+        self.step = self._since = WorldMotion()
+        self._small: BackgroundModel | None = None
+        self.is_known = False
+        """Whether anything has been learnt."""
+
+    def expect(self, image: WorkingImage, motion: WorldMotion) -> None:
+        """Remember the motion; see :meth:`View.expect`."""
+        self.step = WorldMotion.over([self.step, motion])
+        self._since = WorldMotion.over([self._since, motion])
+        self._expected = self.background, [self.all]
+
+    def reset(self) -> None:
+        """Forget the place."""
+        self.background, self._since = BackgroundModel(self.shape), WorldMotion()
+        self._expected = self.background, [self.all]
+        self._small, self.is_known = None, False
+
+    def known(self, shape: tuple[int, int]) -> BackgroundModel:
+        """Return the background in the newest frame for an image of (h, w)."""
+        self._carry()
+        return self.background if shape == self.shape else self.background.resized(shape)
+
+    def smoothed(self, shape: tuple[int, int]) -> BackgroundModel:
+        """Return the background in the newest frame at a smaller (h, w), smoothed."""
+        if self._small is None:
+            self._small = self.background.resized(shape)
+            self._small.sums = np.asarray(cv2.blur(self._small.sums, (3, 3)))
+        ratio = shape[1] / self.shape[1], shape[0] / self.shape[0]
+        return self._small.moved([self._since.scaled(*ratio)])
+
+    def learn_all(self, hidden: NDArray[np.uint8]) -> None:
+        """
+        Learn the background from the newest frame.
+
+        :param hidden: (h, w) uint8, non-zero where it cannot be seen.
+        """
+        self._carry()
+        model, lab = self.background, self.now.image.lab
+        model.measure_noise(lab, hidden, [self.all])
+        # What has left or has come to stay is no mean with what was there before: the longer
+        # that was seen, the longer it must be missed.
+        other = (model.contradicted(lab, self.all, 1.0) > 0) & (hidden == 0)
+        model.sums[other] *= _FADE
+        gone = other & (model.count < SURE_COUNT)
+        model.forget(gone)
+        model.learn(lab, np.where(other & ~gone, np.uint8(1), hidden))
+        self.is_known, self._small = True, None
+
+    def _carry(self) -> None:
+        if self._since.camera is not None:
+            self.background = self.background.moved([self._since])
+            self._since, self._small = WorldMotion(), None
+
+
+@dataclass(frozen=True)
+class SceneOptions:
+    """
+    What is measured of a scene: camera motion, light with its flicker, and colours that fade.
+
+    ``texture`` lets gradient energy stand for the colours that grey images lack, ``contrast``
+    spreads the levels of pictures that use few.
+    """
+
+    camera: bool = True
+    texture: bool = True
+    light: bool = True
+    flicker: bool = True
+    fade: bool = True
+    contrast: bool = True
+
+
+class Scene:
+    """
+    What is known of the place, whoever is tracked in it.
+
+    ``views`` are those in use, of which ``whole`` is the one people are looked for in, None if
+    they are not.  ``moving`` is (h, w) uint8 of any size, non-zero where something moved in the
+    last frame, None if that is not known.  ``fades`` tells that the newest frame is the first
+    without colours after those that had some.
+    """
+
+    def __init__(self, source: tuple[int, int]) -> None:
+        """Make a scene of which nothing is known; ``source`` is (H, W) of its images."""
+        self.source = source
+        self.views: list[View] = []
+        self.whole: WholeView | None = None
+        self.moving: NDArray[np.uint8] | None = None
+        self.fades = False
+        self.stamp_ns = 0
+        self.options = SceneOptions()
+        self._light, self._contrast = Light(), Contrast()
+
+    def gap_s(self, stamp_ns: int) -> float:
+        """Return the seconds from the newest frame to a stamp, 0 without a frame."""
+        return (stamp_ns - self.stamp_ns) / 1e9 if self.stamp_ns else 0.0
+
+    def advance(
+        self, image: NDArray[np.uint8], stamp_ns: int, *, heat: HeatMap | None = None
+    ) -> None:
+        """
+        Take in a frame.
+
+        :param image: (H, W, 3) uint8 BGR; it is read again when a view is added.
+        :param heat: P(person) from elsewhere, of this frame or one before.
+        """
+        self._frame, camera = (image, stamp_ns, heat), self.options.camera
+        self._light.flickers = self.options.flicker
+        self.stamp_ns, self.fades = stamp_ns, False
+        if not self.views:
+            return
+        leader = max(self.views, key=lambda view: view.scale)
+        faded = bool(leader.frames) and leader.now.image.faded
+        newest = self._image(leader.shape, measure=True)
+        images = {leader.shape: newest}
+        people = self._people(leader)
+        motion = leader.points.update(newest.pyramid, people, camera=camera)
+        steps = []
+        for view in self.views:
+            if view.shape not in images:
+                images[view.shape] = self._image(view.shape)
+            if view is not leader:
+                view.points.update(images[view.shape].pyramid, None, camera=False)
+            down, across = (a / b for a, b in zip(view.shape, leader.shape, strict=True))
+            steps.append(motion if view is leader else motion.scaled(across, down))
+        self.fades = self.options.fade and newest.faded and not faded
+        if self.fades:
+            for view in self.views:
+                view.background.fade(newest.textured)
+        shares = [
+            view.expect(images[view.shape], step)
+            for view, step in zip(self.views, steps, strict=True)
+        ]
+        blank = newest.pyramid.is_blank
+        if min((share for share in shares if share is not None), default=1.0) < _LEAST_SHOWN:
+            if leader.frames and newest.pyramid.resembles(leader.now.image.pyramid):
+                self._light.forget()
+                for view in self.views:
+                    view.reset()
+            else:
+                blank, steps = True, [WorldMotion()] * len(steps)
+                for view in self.views:
+                    view.points.leave_out()
+        if not blank:
+            self._light.follow(motion, people)
+        for view, step in zip(self.views, steps, strict=True):
+            view.accept(images[view.shape], step, heat, blank=blank)
+
+    def add(self, view: View) -> None:
+        """Take in a view, and show it the newest frame."""
+        first, heat = not self.views, self._frame[2]
+        image = self._image(view.shape, measure=first)
+        view.points.update(image.pyramid, None, camera=False)
+        if first and not image.pyramid.is_blank:
+            self._light.follow(WorldMotion(), np.zeros(view.shape, np.uint8))
+        view.accept(image, WorldMotion(), heat, blank=image.pyramid.is_blank)
+        self.views.append(view)
+
+    def _people(self, leader: View) -> NDArray[np.uint8]:
+        """Return where people and what else moves were in the last frame, (h, w) uint8."""
+        people = leader.people()
+        if self.moving is not None:
+            size = leader.shape[::-1]
+            people |= np.asarray(cv2.resize(self.moving, size, interpolation=cv2.INTER_NEAREST))
+        for view in self.views:
+            for area in view.areas if view is not leader else ():
+                scaled = area.scaled(leader.scale / view.scale)
+                people[scaled.slices(leader.shape[1], leader.shape[0])] = 1
+        return people
+
+    def _image(self, shape: tuple[int, int], *, measure: bool = False) -> WorkingImage:
+        """Return the newest frame at a size, in whose light it is that of the first."""
+        image, stamp_ns, _ = self._frame
+        light = self._light if self.options.light else None
+        contrast = self._contrast if self.options.contrast else None
+        texture = self.options.texture
+        return WorkingImage.of(
+            image, stamp_ns, shape, light, contrast, texture=texture, measure=measure
+        )
+
+
+def _carried(
+    frame: Frame, people: NDArray[np.uint8], motion: WorldMotion, windows: Sequence[Window]
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Return a frame in Lab and where people are in it, as the world has moved since."""
+    lab, hidden = np.zeros_like(frame.image.lab), np.ones_like(people)
+    free = cv2.inRange(people, 0, 0)
+    for window in windows:
+        lab[window] = motion.warped(frame.image.lab, window)
+        hidden[window] = cv2.inRange(motion.warped(free, window, cv2.BORDER_CONSTANT), 0, 254)
+    return lab, hidden
+
+
+def moving_pixels(
+    gray: NDArray[np.uint8],
+    earlier: NDArray[np.uint8],
+    motion: WorldMotion,
+    window: Window,
+    spread: float,
+) -> NDArray[np.uint8]:
+    """
+    Return where something moves against the still world, (h, w) uint8, 1 where it does.
+
+    :param gray: (H, W) uint8 brightness of this frame.
+    :param earlier: (H, W) uint8, that of a frame some frames back.
+    :param motion: of the still world from then to now.
+    :param window: rows and columns to look at.
+    :param spread: of a still pixel about its mean, in grey levels.
+    """
+    then = motion.warped(earlier, window)
+    if then.size == 0:
+        return np.zeros(then.shape, np.uint8)
+    change = cv2.blur(cv2.absdiff(gray[window], then), (_SIDE, _SIDE))
+    level = math.floor(_LEVEL + _SPREADS * spread)
+    _, moving = cv2.threshold(change, level, 1, cv2.THRESH_BINARY)
+    return np.asarray(cv2.dilate(moving, np.ones((_SIDE, _SIDE), np.uint8)))
+
+
+def windows_about(
+    areas: Iterable[Box], motion: WorldMotion, shape: tuple[int, int]
+) -> list[Window]:
+    """
+    Return disjoint windows with room about people, as the camera moved them.
+
+    :param areas: where people were in the last frame, in pixels.
+    :param motion: of the world since.
+    :param shape: (h, w) of the image; all of it is the window if there are no people.
+    """
+    height, width = shape
+    boxes: list[Box] = []
+    for area in areas:
+        x, y = motion.carry(area.center_x, area.center_y)
+        # Farther than pixels are judged: known before the person comes there.
+        ahead = REACH * area.height
+        box = body_window(x, y, area.height).padded(ahead, ahead)
+        while touching := [other for other in boxes if other.iou(box) > 0]:
+            boxes = [other for other in boxes if other not in touching]
+            for other in touching:
+                box = box.union(other)
+        boxes.append(box)
+    if not boxes:
+        return [(slice(0, height), slice(0, width))]
+    windows = (box.slices(width, height) for box in boxes)
+    return [w for w in windows if w[0].start < w[0].stop and w[1].start < w[1].stop]

@@ -1,0 +1,318 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The tracker of this package: colours, background and other cues, learnt from the masks."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.colour import ColourModel, body_rows, colour_bins
+from gait_segmentation.geometry import BodyFrame, body_window
+from gait_segmentation.images import (
+    Window,
+    bounding_box,
+    count_likely,
+    distance_from,
+    placed,
+    shifted_part,
+    size_of,
+)
+from gait_segmentation.results import LOST, TRACKED, Feedback
+from gait_segmentation.scene.scene import Frame, Shift, View
+from gait_segmentation.starting import FirstMask
+from gait_segmentation.tracking.appearance import Appearance, colour_signature
+from gait_segmentation.tracking.association import PixelClaim, beyond
+from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.cues import CueInput
+from gait_segmentation.tracking.cues.heat_map import HeatMapCue
+from gait_segmentation.tracking.cues.motion import MotionCue
+from gait_segmentation.tracking.likelihood import log_ratio
+from gait_segmentation.tracking.masks import grown, without_parts_apart, working_masks
+from gait_segmentation.tracking.pose import Pose
+from gait_segmentation.tracking.track import WHOLE, State, Track
+from gait_segmentation.tracking.visibility import (
+    ALONE,
+    GUARD,
+    LEAST_SEEN,
+    Visibility,
+    mean_shift,
+)
+
+_AREA_RATE = 0.02
+"""
+Share by which the usual area moves towards that of a mask: of one of all of the person or not, or
+nothing would be learnt after a first mask that was far too large.
+"""
+
+_MOST_SEEN = 4.0
+"""Size of a mask, over that of the template, from which it is of more than the person."""
+
+
+class Silhouette(NamedTuple):
+    """A mask or template, (h, w) uint8 of the view, and where the body was in its frame."""
+
+    image: NDArray[np.uint8]
+    displacement: Shift
+
+    def at(self, displacement: Shift, window: Window) -> NDArray[np.uint8]:
+        """Return a window of it, carried along with the body; it may be a part of the image."""
+        (x, y), (to_x, to_y) = self.displacement, displacement
+        return shifted_part(self.image, round(to_x - x), round(to_y - y), window)
+
+
+class FusionTrack(Track):
+    """
+    One person, known by the masks that come back.
+
+    ``mask`` is the last one of all of the person and ``template`` that which came with it;
+    ``visible`` is what can be followed of the very last mask, and ``full`` the last one of a
+    person whom no border cuts, who is looked for by it.  A mask that comes late corrects the pose
+    by what it shows in its own frame, from which on the body went as it did.
+    """
+
+    def __init__(
+        self,
+        track_id: int,
+        view: View,
+        start: FirstMask,
+        config: TrackingConfig,
+        heat_map: HeatMapCue | None = None,
+    ) -> None:
+        """
+        Begin with the first mask, in the newest frame of a view.
+
+        :param heat_map: what is known of the heat map, if anything.
+        """
+        pose = Pose.of(start.body, start.box, start.body.angle if config.use_tilt else 0.0)
+        super().__init__(track_id, view, pose, config)
+        self.mask = self.visible = self.full = Silhouette(start.mask, self.displacement)
+        self.template: Silhouette | None = None
+        self._usual_area = self._area_of(start.mask)
+        self.colours, self.surroundings = (
+            ColourModel(config.band_share, config.colour_floor) for _ in range(2)
+        )
+        self._learn_first_colours(start.votes)
+        self.cues = (MotionCue(), heat_map or HeatMapCue())
+        self.appearance = Appearance(self._signature(start.mask, view.now))
+
+    def expected_mask(self) -> NDArray[np.uint8]:
+        """Return the last mask, carried along with the body."""
+        mask = self.full if self.state == LOST else self.mask
+        return mask.at(self.displacement, self.window)
+
+    def silhouette(self) -> NDArray[np.uint8]:
+        """Return what was seen of the person last, carried along with the body."""
+        return self.visible.at(self.displacement, self.window)
+
+    def claim(self) -> PixelClaim | None:
+        """Judge pixels by all cues."""
+        pose, view, config, seen = self.pose, self.view, self.config, self.state == TRACKED
+        window = self.window
+        if not all(size_of(window)):
+            return None
+        expected, lab = self.expected_mask(), view.now.image.lab_part(window)
+        away = distance_from(expected > 127)
+        template = strangers = None
+        if self.template is not None:
+            template = self.template.at(self.displacement, window)
+            strangers = np.float32(config.stranger_density) * beyond(away, pose.height)
+        logit = log_ratio(
+            lab,
+            pose.rows(window),
+            window,
+            view.background,
+            self.colours,
+            self.surroundings,
+            config,
+            strangers,
+        )
+        for cue in self.cues:
+            evidence = cue.evidence(CueInput(view, self.states, pose, window, logit, seen, config))
+            if evidence is not None:
+                logit += evidence
+        hidden = not seen
+        return PixelClaim(window, logit, expected, away, pose.feet, pose.height, hidden, template)
+
+    def refine(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:
+        """Refine the place by mean shift, and see where the person ends."""
+        pose, window, gain = self.pose, claim.window, self.config.mean_shift_gain
+        if self.seen >= WHOLE:
+            box = pose.box.shifted(-window[1].start, -window[0].start)
+            shift = mean_shift(values, visibility.unoccluded, box)
+            self.shift(gain * shift.dx, gain * shift.dy)
+            if self.view.is_late:
+                # The last mask is of an earlier frame: until a newer one comes, this is the size.
+                pose.follow_scale(shift.scale)
+        self.show(values, visibility, claim)
+
+    def enter(self, state: str, reason: str) -> None:
+        """Go over to a state; of who is lost no template is known."""
+        super().enter(state, reason)
+        if state == LOST:
+            self.template = None
+
+    def find(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:
+        """Take in that somebody lost is seen where the expected mask is, and follow that."""
+        expected = placed(claim.mask, claim.window, self.view.shape)
+        self.mask = self.visible = Silhouette(expected, self.displacement)
+        super().find(values, visibility, claim)
+
+    def looks_alike(self, mask: NDArray[np.uint8]) -> bool:
+        """Return whether the colours in a mask are those of the person."""
+        return self.appearance.is_like(self._signature(mask, self.view.now))
+
+    def similarity(self, start: FirstMask, frame: Frame) -> float:
+        """Return how alike (0..1) the colours of a first mask in some frame are."""
+        body, shape = start.body, start.mask.shape
+        center = (body.center_x, body.center_y)
+        window = body_window(*center, body.height).slices(shape[1], shape[0])
+        part = start.mask[window]
+        rows = body_rows(part.shape, (window[1].start, window[0].start), center, body.height)
+        lab = frame.image.lab_part(window)
+        return self.appearance.similarity(colour_signature(lab, part, rows))
+
+    def fade(self, chroma: float) -> None:
+        """Go on as if all that is known of the colours had the same a* and b*."""
+        for model in (self.colours, self.surroundings, self.appearance):
+            model.fade(chroma)
+
+    def correct(
+        self, state: State, feedback: Feedback | None, *, alone: bool
+    ) -> tuple[Window, Window, NDArray[np.uint8]] | None:
+        """
+        Learn from the mask of a frame; see :meth:`Track.correct`.
+
+        Nothing is learnt of colours, size and look from a mask that shows only part of somebody
+        who is not at the border, but the person is followed by that part.
+        """
+        if feedback is None or self.state == LOST:
+            return None
+        mask, template = working_masks(feedback, self.view.shape)
+        self.visible = Silhouette(mask, state.displacement)
+        if not self._is_person(mask, template):
+            return None
+        # To where the body was in that frame.
+        (x, y), (to_x, to_y) = state.displacement, self.displacement
+        dx, dy = to_x - x, to_y - y
+        self.pose.shift(-dx, -dy)
+        window, height = self.window, self.pose.height
+        whole = self._shows_all(mask)
+        if whole:
+            self.mask = self.visible
+            self.template = Silhouette(template, state.displacement)
+            body = None if feedback.body is None else feedback.body.scaled(self.view.scale)
+            about = grown(mask, height)
+            self._learn(state, window, mask, template, body)
+        else:
+            # What the person uncovers meanwhile is learnt, or it would trail behind.
+            where = np.zeros(self.view.shape, np.uint8)
+            known = self.mask.at(state.displacement, window) | mask[window]
+            where[window] = known | cv2.inRange(template[window], 128, 255)
+            about = grown(where, height)
+        self.pose.shift(dx, dy)
+        return (window, *about) if whole or alone else None
+
+    def _learn(
+        self,
+        state: State,
+        window: Window,
+        mask: NDArray[np.uint8],
+        template: NDArray[np.uint8],
+        body: BodyFrame | None,
+    ) -> None:
+        """
+        Learn from a mask of all of the person in the frame of a state, with the pose of then.
+
+        :param body: the matched body in working pixels.
+        """
+        frame, config = state.frame, self.config
+        for cue in self.cues:
+            noted = state.notes.get(type(cue).__name__)
+            if noted is not None:
+                cue.learn(noted[1], mask[noted[0]])
+        background = self.view.background_in(frame, window)
+        lab = frame.image.lab_part(window)
+        foreground = background.contradicted(lab, window, config.shadow_floor)
+        known = background.is_sure(window) & (foreground == 0)
+        self._learn_colours(lab, window, mask, template, known)
+        bounds = bounding_box(mask)
+        # A piece of the place that the first mask took along would pull the body to it.
+        own = without_parts_apart(mask, template, self.pose.height)
+        own_bounds = bounds if own is mask else bounding_box(own)
+        self.pose.fit(own, body, own_bounds)
+        if config.use_tilt:
+            self.pose.update_tilt(own, own_bounds)
+        self.appearance.learn(self._signature(mask, frame))
+        if self.pose.share_inside(mask.shape) > ALONE:
+            self.full = self.mask
+
+    def _learn_colours(
+        self,
+        lab: NDArray[np.uint8],
+        window: Window,
+        mask: NDArray[np.uint8],
+        template: NDArray[np.uint8],
+        known: NDArray[np.bool_],
+    ) -> None:
+        """
+        Learn the colours of person and surroundings from a mask.
+
+        The person's are those of the mask near the template, outside of which they must not look
+        as the surroundings do there, or as a shadow on them: a mask that takes in the shadow at
+        the feet would teach that it is the person's, and take in more of it.  The surroundings'
+        are those that do not touch the mask.
+
+        :param lab: (h, w, 3) uint8, the person's window of the working image.
+        :param mask: (H, W) uint8 0/255.
+        :param template: (H, W) uint8, above 127 on the body; without a body: not known.
+        :param known: (h, w) bool, where the surroundings are known to look like this.
+        """
+        part, body = mask[window], template[window] > 127
+        bins, rows = colour_bins(lab), self.pose.rows(window)
+        inside, outside = part > 127, cv2.dilate(part, np.ones((3, 3), np.uint8)) <= 127
+        if body.any():
+            inside &= distance_from(body) < GUARD * self.pose.height
+        inside &= body | ~known
+        self.colours.learn(bins, rows, inside, self.config.person_colour_rate)
+        self.surroundings.learn(bins, rows, outside, self.config.colour_rate)
+
+    def _learn_first_colours(self, votes: NDArray[np.float32]) -> None:
+        """
+        Learn the colours of person and surroundings from a first mask that is not sure.
+
+        What may be either counts for both, so that a leg missed at first can still be found.
+
+        :param votes: (h, w) float32, P(person) in 0..1.
+        """
+        window = self.window
+        bins, rows = colour_bins(self.view.now.image.lab_part(window)), self.pose.rows(window)
+        inside = np.ascontiguousarray(votes[window])
+        self.colours.learn(bins, rows, inside, 1.0)
+        outside = cv2.erode(1 - inside, np.ones((3, 3), np.uint8))
+        self.surroundings.learn(bins, rows, outside, 1.0)
+
+    def _signature(self, mask: NDArray[np.uint8], frame: Frame) -> NDArray[np.float32]:
+        """Return what the person looks like in a mask of a frame, see ``colour_signature``."""
+        window, lab = self.window, frame.image.lab_part(self.window)
+        return colour_signature(lab, mask[window], self.pose.rows(window))
+
+    def _shows_all(self, mask: NDArray[np.uint8]) -> bool:
+        """Get used to the size of a mask; return whether it was large enough for all of them."""
+        area = self._area_of(mask)
+        share = area / max(self._usual_area, 1e-6)
+        self._usual_area += _AREA_RATE * (area - self._usual_area)
+        return share >= WHOLE
+
+    def _area_of(self, mask: NDArray[np.uint8]) -> float:
+        """Return the area of a mask in squared body heights, made up for what is outside."""
+        inside = max(self.pose.share_inside(mask.shape), 0.1)
+        return count_likely(mask) / (inside * self.pose.height**2)
+
+    def _is_person(self, mask: NDArray[np.uint8], template: NDArray[np.uint8]) -> bool:
+        """Return whether a mask is of the size of a person, beside the template."""
+        area, expected = cv2.countNonZero(mask[self.window]), count_likely(template[self.window])
+        return max(LEAST_SEEN * expected, 9) < area < _MOST_SEEN * max(expected, 9)

@@ -1,0 +1,258 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where a tracked body is, how large, how it leans, and how fast it goes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.colour import body_rows
+from gait_segmentation.geometry import BodyFrame, Box, body_window
+from gait_segmentation.images import (
+    Bounds,
+    Window,
+    axis_tilt,
+    bounding_box,
+    quantiles,
+    size_of,
+)
+from gait_segmentation.scene.scene import Shift
+
+_OUTERMOST = 0.005
+"""Share of the pixels at each end that does not count."""
+
+_POSE_RATE, _VELOCITY_RATE = 0.1, 0.2
+"""Share by which height and tilt, and the velocity, move towards what a mask or a frame shows."""
+
+_LEAST_STEP_S = 0.02
+"""Frames whose stamps are closer were not taken in so short a time: they tell no velocity."""
+
+WIDEST = 0.6
+"""Widest silhouette, in body heights."""
+
+_MOST_GROWTH = 1.15
+"""
+The most by which the height changes with a mask, and by which somebody grows who is cut off by
+the lower border, of whom only the least height can be seen.
+"""
+
+_BEYOND = 0.3
+"""How far outside of the image the centre of somebody is expected at most, in body heights."""
+
+_TILT_ON, _TILT_OFF, _MOST_TILT = 0.16, 0.10, 0.5
+"""Tilt from which and down to which it is used, and the largest, in radians."""
+
+
+class Extent(NamedTuple):
+    """
+    How far a mask reaches from a point, along and across the body, in pixels.
+
+    The outermost 0.5 % of the pixels do not count.  ``axis`` is the median across; ``at_bottom``
+    tells that the mask ends at the lower border.
+    """
+
+    top: float
+    bottom: float
+    left: float
+    right: float
+    axis: float
+    at_bottom: bool
+
+
+def extent_of(
+    mask: NDArray[np.uint8],
+    center: tuple[float, float],
+    angle: float,
+    bounds: Bounds | None = None,
+) -> Extent:
+    """
+    Measure how far a mask reaches from a point, along and across a body of that tilt.
+
+    :param mask: (h, w) uint8, not all zero.
+    :param bounds: of the mask, if they are known.
+    """
+    first, upper, width, height = bounding_box(mask) if bounds is None else bounds
+    at_bottom = height > 0 and upper + height >= mask.shape[0] - 1
+    rows, columns = np.nonzero(mask[upper : upper + height, first : first + width])
+    right, down = columns + (first + 0.5 - center[0]), rows + (upper + 0.5 - center[1])
+    cos, sin = math.cos(angle), math.sin(angle)
+    along, across = cos * down - sin * right, cos * right + sin * down
+    top, bottom = quantiles(along, (_OUTERMOST, 1 - _OUTERMOST))
+    left, axis, far = quantiles(across, (_OUTERMOST, 0.5, 1 - _OUTERMOST))
+    return Extent(top - 0.5, bottom + 0.5, left - 0.5, far + 0.5, axis, at_bottom)
+
+
+@dataclass
+class Pose:
+    """
+    Place, size, tilt and velocity of a body in working pixels.
+
+    ``left`` and ``right`` are how far the silhouette reaches from the body's axis.  ``velocity``
+    is relative to the still world, in pixels per second, learnt from ``moves`` frames.  ``tilt``
+    is the estimate of how far the axis leans, in radians, learnt from ``masks`` masks, and
+    ``angle`` what is used of it.  ``mask_height`` is the height at the last mask.
+    """
+
+    center_x: float
+    center_y: float
+    height: float
+    left: float
+    right: float
+    tilt: float = 0.0
+    angle: float = 0.0
+    velocity: Shift = (0.0, 0.0)
+    moves: int = 0
+    masks: int = 0
+    mask_height: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Take the first height for that of the first mask."""
+        self.mask_height = self.height
+
+    @classmethod
+    def of(cls, body: BodyFrame, box: Box, tilt: float = 0.0) -> Pose:
+        """Return the pose of a body in a tight box."""
+        left, right = body.center_x - box.x, box.right - body.center_x
+        x, y, height = body.center_x, body.center_y, body.height
+        return cls(x, y, height, max(left, 1.0), max(right, 1.0), tilt, tilt)
+
+    @property
+    def box(self) -> Box:
+        """Return the tight box in the frame of the body: turned by ``angle`` about its centre."""
+        width, top = self.left + self.right, self.center_y - self.height / 2
+        return Box(self.center_x - self.left, top, width, self.height)
+
+    @property
+    def area(self) -> Box:
+        """Return the box about the person that is kept out of what is learnt of the world."""
+        return Box.from_center(self.center_x, self.center_y, 0.7 * self.height, self.height)
+
+    @property
+    def feet(self) -> float:
+        """Return the row of the soles: the lower, the nearer."""
+        return self.center_y + self.height / 2
+
+    def window(self, shape: tuple[int, int]) -> Window:
+        """Return the rows and columns of an image of (h, w) in which pixels are judged."""
+        around = body_window(self.center_x, self.center_y, self.height, self.box)
+        return around.slices(shape[1], shape[0])
+
+    def rows(self, window: Window) -> NDArray[np.float32]:
+        """Return how far down the body each pixel of a window lies, 0 to 1, (h, w)."""
+        origin, center = (window[1].start, window[0].start), (self.center_x, self.center_y)
+        return body_rows(size_of(window), origin, center, self.height, self.angle)
+
+    def share_inside(self, shape: tuple[int, int]) -> float:
+        """Return the share of the body's box that lies in an image of the given (h, w)."""
+        box = self.box
+        across = min(box.right, shape[1]) - max(box.x, 0.0)
+        down = min(box.bottom, shape[0]) - max(box.y, 0.0)
+        return 0.0 if min(across, down) <= 0 else across * down / (box.width * box.height)
+
+    def shift(self, dx: float, dy: float) -> None:
+        """Move the body."""
+        self.center_x += dx
+        self.center_y += dy
+
+    def outside_by(self, shape: tuple[int, int]) -> Shift:
+        """Return the shift back to where somebody outside of an image of (h, w) is at most."""
+        beyond = _BEYOND * self.height
+        dx = min(max(self.center_x, -beyond), shape[1] + beyond) - self.center_x
+        dy = min(max(self.center_y, -beyond), shape[0] + beyond) - self.center_y
+        return dx, dy
+
+    def step(self, seconds: float) -> Shift:
+        """Return how far the body goes against the still world in a time, in pixels."""
+        seconds = max(seconds, _LEAST_STEP_S)
+        return self.velocity[0] * seconds, self.velocity[1] * seconds
+
+    def update_velocity(self, world: Shift, body: Shift, seconds: float) -> None:
+        """
+        Correct the velocity by a measured shift of the body.
+
+        :param world: shift of the still world at the body.
+        :param body: shift of the body in the image.
+        :param seconds: between the two frames.
+        """
+        if seconds < _LEAST_STEP_S:
+            return
+        self.moves += 1
+        rate = max(_VELOCITY_RATE, 1 / self.moves)
+        x, y = ((b - w) / seconds - v for b, w, v in zip(body, world, self.velocity, strict=True))
+        self.velocity = (self.velocity[0] + rate * x, self.velocity[1] + rate * y)
+
+    def stand(self) -> None:
+        """Take the body for standing until it is seen to move again."""
+        self.velocity, self.moves = (0.0, 0.0), 0
+
+    def fit(
+        self, mask: NDArray[np.uint8], body: BodyFrame | None, bounds: Bounds | None = None
+    ) -> None:
+        """
+        Correct place and size by a mask and the matched body.
+
+        :param mask: (h, w) uint8 0/255 of the working image.
+        :param body: the matched body in working pixels.
+        :param bounds: of the mask, if they are known.
+        """
+        extent = extent_of(mask, (self.center_x, self.center_y), self.angle, bounds)
+        cos, sin = math.cos(self.angle), math.sin(self.angle)
+        tall, middle = extent.bottom - extent.top, (extent.top + extent.bottom) / 2
+        template_height, template_across, template_along = tall, extent.axis, middle
+        if body is not None:
+            dx, dy = body.center_x - self.center_x, body.center_y - self.center_y
+            template_height = body.height
+            template_across = cos * dx + sin * dy
+            template_along = cos * dy - sin * dx
+        mean = 0.5 * template_height + 0.5 * tall
+        goal = max(template_height, tall) if extent.at_bottom else mean
+        goal = min(max(goal, self.height / _MOST_GROWTH), _MOST_GROWTH * self.height)
+        self.height += _POSE_RATE * (goal - self.height)
+        if extent.at_bottom:
+            # More of the body is below the border: it is at least as tall as that.
+            least = max(tall, (extent.right - extent.left) / WIDEST)
+            self.height = max(self.height, min(least, _MOST_GROWTH * self.mask_height))
+            along = extent.top + self.height / 2
+        else:
+            along = 0.5 * middle + 0.25 * template_along
+        across = 0.3 * template_across + 0.3 * extent.axis
+        self.shift(cos * across - sin * along, sin * across + cos * along)
+        self.mask_height = self.height
+        self.left = max(across - extent.left, 1.0)
+        self.right = max(extent.right - across, 1.0)
+
+    def follow_scale(self, scale: float) -> None:
+        """Follow the size that mean shift measured, over that in the last mask."""
+        self.grow(self.mask_height * min(max(scale, 1 / _MOST_GROWTH), _MOST_GROWTH) / self.height)
+
+    def grow(self, ratio: float) -> None:
+        """Follow a change of size: height now over height so far."""
+        change = max(1 + _POSE_RATE * (ratio - 1), 1 / self.height)
+        self.height *= change
+        self.left *= change
+        self.right *= change
+
+    def update_tilt(self, mask: NDArray[np.uint8], bounds: Bounds | None = None) -> None:
+        """
+        Follow the tilt of the body: the main axis of the masks, averaged over steps.
+
+        The tilt is used only once it is large, and then until it is small again, because on
+        upright people bags and shadows would pull it about.
+
+        :param mask: (h, w) uint8 0/255 of the working image.
+        :param bounds: of the mask, if they are known.
+        """
+        x, y, width, height = bounding_box(mask) if bounds is None else bounds
+        if height > 0 and (y < 2 or y + height > mask.shape[0] - 2):
+            return
+        tilt = axis_tilt(mask[y : y + height, x : x + width])
+        self.masks += 1
+        rate = max(_POSE_RATE, 1 / self.masks)
+        self.tilt += rate * (min(max(tilt, -_MOST_TILT), _MOST_TILT) - self.tilt)
+        threshold = _TILT_OFF if self.angle else _TILT_ON
+        self.angle = self.tilt if abs(self.tilt) > threshold else 0.0

@@ -1,0 +1,261 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One tracked person: predicted into each frame, observed in it, lost and found again."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections import deque
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.geometry import REACH, Box
+from gait_segmentation.images import Window, size_of
+from gait_segmentation.results import LOST, TRACKED, FeatureWeight, Feedback, TrackResult
+from gait_segmentation.scene.scene import MOST_KEPT, Frame, Shift, View
+from gait_segmentation.starting import FirstMask
+from gait_segmentation.tracking.association import PixelClaim
+from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.life_cycle import Probation
+from gait_segmentation.tracking.pose import Pose
+from gait_segmentation.tracking.visibility import ALONE, LEAST_SEEN, Visibility, visible_box
+
+_COAST_S, _STOP_S, _MOST_LOST_S = 1.0, 0.5, 1.0
+"""
+Time for which a hidden person is taken to walk on, in which they are then to stop, and for which
+they are lost longer with a frame at most, however long that took to come.
+"""
+
+WHOLE = 0.75
+"""Share of a person from which all of them is seen, and so followed."""
+
+
+@dataclass
+class State:
+    """
+    A track in one frame.
+
+    ``displacement`` is how far the body went since the track began, in pixels; ``notes`` has by
+    cue a window and (h, w) uint8, what it will learn from when the mask of the frame comes.
+    """
+
+    frame: Frame
+    displacement: Shift
+    notes: dict[str, tuple[Window, NDArray[np.uint8]]] = field(default_factory=dict)
+
+
+class Track(ABC):
+    """
+    One tracked person in a view of the scene.
+
+    ``pose`` is that in the newest frame, and ``states`` has one entry for each frame that is
+    kept.  ``state`` is tracked or lost, with the ``reason``, as :func:`.next_state` says, and
+    ``probation`` that of a candidate.  ``seen`` is the share of the person seen last, too little
+    for ``unseen_frames``, ``lost_s`` the seconds since somebody lost was seen, and ``found``
+    whether they are in the newest frame.
+    """
+
+    features: tuple[FeatureWeight, ...] = ()
+    """What the likelihood is made of, best first, if it is made of features."""
+
+    def __init__(self, track_id: int, view: View, pose: Pose, config: TrackingConfig) -> None:
+        """Begin in the newest frame of a view."""
+        self.track_id, self.view, self.config, self.pose = track_id, view, config, pose
+        self.state, self.reason, self.confidence = TRACKED, '', 0.0
+        self.probation: Probation | None = None
+        self.states = deque([State(view.now, (0.0, 0.0))], maxlen=MOST_KEPT)
+        self.seen, self.unoccluded = 1.0, True
+        self.lost_s, self.unseen_frames, self.found = 0.0, 0, False
+        self._box: Box | None = None
+
+    @property
+    def displacement(self) -> Shift:
+        """Return how far the body went since the track began, in pixels."""
+        return self.states[-1].displacement
+
+    @property
+    def box(self) -> Box:
+        """Return the box about what can be seen, in source pixels."""
+        return self._box if self._box is not None else self.body
+
+    @property
+    def body(self) -> Box:
+        """Return the box of the whole body in source pixels, in the frame of the body."""
+        return self.pose.box.scaled(1 / self.view.scale)
+
+    @property
+    def is_inside(self) -> bool:
+        """Return whether the box about the body is all inside of the image."""
+        box, (height, width) = self.body, self.view.source
+        return box.x > 0 and box.y > 0 and box.right < width and box.bottom < height
+
+    @property
+    def is_outside(self) -> bool:
+        """Return whether nothing of what is about the person is in the image."""
+        return not all(size_of(self.window))
+
+    @property
+    def window(self) -> Window:
+        """Return the rows and columns about the person in the view."""
+        return self.pose.window(self.view.shape)
+
+    def is_near(self, other: Track) -> bool:
+        """Return whether the box about another person comes near to that about this one."""
+        gap = REACH * self.pose.height
+        return self.pose.area.padded(gap, gap).iou(other.pose.box) > 0
+
+    @abstractmethod
+    def expected_mask(self) -> NDArray[np.uint8]:
+        """Return where the person is expected, (h, w) uint8 0/255 of the window about them."""
+
+    @abstractmethod
+    def claim(self) -> PixelClaim | None:
+        """Judge the pixels in the window about the person, None if all of it is outside."""
+
+    @abstractmethod
+    def refine(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:
+        """
+        Refine place and size by the likelihood of somebody who is seen.
+
+        :param values: (h, w) uint8 likelihood of the window of the claim.
+        """
+
+    @abstractmethod
+    def looks_alike(self, mask: NDArray[np.uint8]) -> bool:
+        """Return whether what a mask, (h, w) uint8, shows in the newest frame may be them."""
+
+    def silhouette(self) -> NDArray[np.uint8] | None:
+        """Return what of the body optical flow can follow, (h, w) uint8 of the window, if any."""
+        return None
+
+    def similarity(self, start: FirstMask, frame: Frame) -> float:
+        """Return how alike (0..1) the person and a first mask in some frame are."""
+        return 0.0
+
+    def fade(self, chroma: float) -> None:  # noqa: B027
+        """Go on as if all that is known of the colours had the same a* and b*."""
+
+    def correct(
+        self, state: State, feedback: Feedback | None, *, alone: bool
+    ) -> tuple[Window, Window, NDArray[np.uint8]] | None:
+        """
+        Learn from the mask of a frame that is kept, if one came.
+
+        :param alone: whether nobody else who is tracked is near.
+        :returns: the window about the person, and a window and (h, w) uint8 of where the person
+            may be in that frame; None if the mask says nothing.
+        """
+        return None
+
+    def state_in(self, frame: Frame) -> State | None:
+        """Return the state in a frame, None if there is none."""
+        return next((each for each in self.states if each.frame is frame), None)
+
+    def shift(self, dx: float, dy: float) -> None:
+        """Move the body in the newest frame."""
+        self.pose.shift(dx, dy)
+        x, y = self.displacement
+        self.states[-1].displacement = (x + dx, y + dy)
+
+    def predict(self, body: NDArray[np.uint8] | None) -> None:
+        """
+        Predict the place in the view's newest frame.
+
+        :param body: (h, w) uint8 of the window about the person in the frame before, what of the
+            body can be followed from there, without what others hid; None if there is nothing.
+        """
+        pose, view, seconds = self.pose, self.view, self.view.step_s
+        x, y = view.now.motion.carry(pose.center_x, pose.center_y)
+        world, step = (x - pose.center_x, y - pose.center_y), pose.step(seconds)
+        shift = None
+        if self.state == LOST:
+            # In a gap nobody was looked for.
+            self.lost_s += min(seconds, _MOST_LOST_S)
+            share = math.exp(-max(self.lost_s - _COAST_S, 0.0) / _STOP_S)
+            step = share * step[0], share * step[1]
+        elif body is not None and (self.seen >= WHOLE or self.unoccluded):
+            corner = self.window[0].start, self.window[1].start
+            shift = view.points.body_shift(body, view.now.motion, step, corner)
+        if shift is None:
+            shift = world[0] + step[0], world[1] + step[1]
+        else:
+            pose.update_velocity(world, shift, seconds)
+        self.states.append(State(view.now, self.displacement))
+        self.shift(*shift)
+        # A velocity that was measured wrongly leads anywhere; who is lost waits at the border.
+        self.shift(*pose.outside_by(view.shape))
+
+    def observe(
+        self, likelihood: NDArray[np.uint8], claim: PixelClaim, occluder: NDArray[np.uint8] | None
+    ) -> None:
+        """
+        See how well the person stands out, and refine the place.
+
+        :param likelihood: (h, w) uint8 of the view.
+        :param occluder: (h, w) uint8 of the claim's window, non-zero where others hide them.
+        """
+        values = likelihood[claim.window]
+        visibility = Visibility.of(values, claim.mask, occluder)
+        self.confidence = visibility.confidence
+        self.unoccluded = visibility.share > ALONE
+        inside = self.pose.share_inside(self.view.shape) >= LEAST_SEEN / 2
+        if self._is_seen(visibility.seen, inside=inside):
+            self.refine(values, visibility, claim)
+
+    def miss(self) -> None:
+        """Take in that nothing can be seen in the newest frame."""
+        self.confidence, self.found = 0.0, False
+        if self.state == TRACKED:
+            self._is_seen(0.0)
+
+    def _is_seen(self, seen: float, *, inside: bool = True) -> bool:
+        """Take in which share of the person was seen; return whether that is enough."""
+        self.seen = seen
+        enough = seen >= LEAST_SEEN and inside
+        self.unseen_frames = 0 if enough else self.unseen_frames + 1
+        return enough
+
+    def enter(self, state: str, reason: str) -> None:
+        """Go over to a state; see :func:`.next_state`."""
+        if state == LOST and self.state != LOST:
+            self._box, self.lost_s, self.found = None, 0.0, False
+        self.state, self.reason = state, reason
+        self.unseen_frames = self.unseen_frames if state == TRACKED else 0
+
+    def find(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:
+        """
+        Take in that somebody lost is seen where the expected mask is.
+
+        :param values: (h, w) uint8 likelihood of the window of the claim.
+        """
+        self.found, self.seen = True, visibility.seen
+        self.show(values, visibility, claim)
+
+    def show(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:
+        """Take the likely pixels near the mask for what can be seen of the person."""
+        mask, height = visibility.unoccluded, self.pose.height
+        box = visible_box(values, mask, claim.away, claim.window, height)
+        self._box = None if box is None else box.scaled(1 / self.view.scale)
+
+    def result(self, likelihood: NDArray[np.uint8]) -> TrackResult:
+        """
+        Return what is known in the newest frame.
+
+        :param likelihood: (h, w) uint8 of the view.
+        """
+        seen = self.state == TRACKED
+        source = self.view.source
+        return TrackResult(
+            self.view.now.image.stamp_ns,
+            self.track_id,
+            (self.box.clipped(source[1], source[0]) or self.body) if seen else None,
+            likelihood,
+            self.confidence,
+            self.pose.angle,
+            self.state,
+            self.body if seen else None,
+            self.features if seen else (),
+        )

@@ -1,0 +1,240 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.scene.scene import (
+    Frame,
+    Scene,
+    SceneOptions,
+    View,
+    moving_pixels,
+    windows_about,
+)
+from gait_segmentation.scene.world_motion import WorldMotion
+from test.tracking.figures import wall
+
+SOURCE = (180, 320)
+STILL = WorldMotion()
+NOBODY = np.zeros(SOURCE, np.uint8)
+
+
+class Place:
+    """A scene with one view at the size of the source, shown one image after the other."""
+
+    def __init__(self) -> None:
+        self.scene, self.view, self.stamp_ns = Scene(SOURCE), View(SOURCE, 1.0), 0
+
+    def show(self, image: np.ndarray, *, camera: bool = True, texture: bool = True) -> Frame:
+        """Take in a frame."""
+        self.stamp_ns += 10**7
+        self.scene.options = SceneOptions(camera, texture)
+        self.scene.advance(image, self.stamp_ns)
+        if not self.scene.views:
+            self.scene.add(self.view)
+        return self.view.now
+
+    def learn(self, people: np.ndarray = NOBODY, margins=(), back: int = 0, **options) -> Frame:
+        """Learn the newest frame, or one that is some frames back; return it."""
+        frame = self.view.take(self.stamp_ns - back * 10**7)
+        self.view.learn(frame, people, margins, **options)
+        return frame
+
+    def see(self, image: np.ndarray) -> bool:
+        """Take in a frame and learn it; return whether it was taken for one that shows nothing."""
+        self.show(image)
+        return self.learn().blank
+
+
+@pytest.mark.parametrize('everywhere', [False, True])
+def test_the_background_is_learnt_about_people_or_everywhere(everywhere: bool) -> None:
+    made = Place()
+    made.show(wall())
+    made.view.areas, made.view.everywhere = [Box(20, 40, 30, 100)], everywhere
+    made.show(wall())
+    made.learn(margins=[(slice(0, 50), slice(0, 50))])
+    count = made.view.background.count
+    assert count[60, 30] > 0
+    assert (count > 0).all() == (count[60, 300] > 0) == everywhere
+
+
+def test_noise_is_no_frame_of_a_known_place_and_another_place_from_now_on_is_believed() -> None:
+    made, rng = Place(), np.random.default_rng(0)
+    for _ in range(4):
+        assert not made.see(wall())
+    before = made.view.background.mean.copy()
+    for _ in range(3):
+        assert made.see(rng.integers(0, 256, wall().shape).astype(np.uint8))
+    assert not made.see(wall())
+    np.testing.assert_allclose(made.view.background.mean, before, atol=0.5)
+    blocks = rng.integers(0, 256, (6, 10, 3)).astype(np.uint8)
+    other = cv2.resize(blocks, SOURCE[::-1], interpolation=cv2.INTER_NEAREST)
+    assert made.see(other)
+    assert not made.see(other)
+    assert np.abs(made.view.background.mean - made.view.now.image.lab).max() < 1
+
+
+@pytest.mark.parametrize('gate', [True, False])
+def test_what_drives_past_is_not_learnt_as_background(gate: bool) -> None:
+    made, place = Place(), wall()
+    rng = np.random.default_rng(1)
+    car = rng.integers(0, 255, (30, 60, 3)).astype(np.uint8)
+    for number in range(6):
+        image = place.copy()
+        image[100:130, 20 + 12 * number : 80 + 12 * number] = car
+        made.show(image, camera=False)
+        made.learn(margins=[(slice(0, 180), slice(0, 320))], gate=gate)
+    made.show(place, camera=False)
+    count = made.view.background.count
+    passed, beside = count[105:125, 100:130].mean(), count[20:60, 200:300].mean()
+    assert beside == pytest.approx(6)
+    assert (passed < 4) == gate
+
+
+def test_what_a_person_uncovers_is_learnt_at_once() -> None:
+    made, place = Place(), wall()
+    cloth = np.random.default_rng(1).integers(0, 255, (80, 30, 3)).astype(np.uint8)
+    for number in range(7):
+        image, people = place.copy(), NOBODY.copy()
+        columns = slice(40 + 12 * number, 70 + 12 * number)
+        image[60:140, columns], people[60:140, columns] = cloth, 255
+        made.show(image, camera=False)
+        made.learn(people, [(slice(0, 180), slice(0, 320))])
+    # Two frames before the person came and two since; one counts as motion all the same, where
+    # the person's border was.
+    assert made.view.background.count[70:130, 90:98].min() == pytest.approx(3, abs=0.1)
+
+
+def test_levels_stay_as_they_are_if_that_is_asked_for() -> None:
+    off = SceneOptions(light=False, contrast=False)
+    for options in (off, replace(off, light=True), replace(off, contrast=True)):
+        made = Scene(SOURCE)
+        made.options = options
+        for number in (1, 2):
+            image = cv2.convertScaleAbs(wall(), alpha=0.5 / number)
+            made.advance(image, number)
+            if number == 1:
+                made.add(View(SOURCE, 1.0))
+        assert np.array_equal(made.views[0].now.image.bgr, image) == (options is off)
+
+
+@pytest.mark.parametrize('texture', [False, True])
+def test_a_place_that_loses_its_colours_is_known_all_the_same(texture: bool) -> None:
+    made = Place()
+    coloured = cv2.convertScaleAbs(wall() * np.array([1.0, 0.8, 0.6]))
+    gray = cv2.cvtColor(cv2.cvtColor(coloured, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
+    for number in range(1, 7):
+        frame = made.show(coloured if number < 5 else gray, camera=False, texture=texture)
+        assert made.scene.fades == (number == 5)
+        assert not frame.blank
+        if number > 3:
+            lab, windows = frame.image.lab, frame.windows
+            assert made.view.background.agreement(lab, NOBODY, windows) > 0.95
+        made.learn()
+
+
+@pytest.mark.parametrize('late', [0, 3])
+@pytest.mark.parametrize('pan', [0, 2])
+def test_a_frame_is_learnt_where_the_background_is_by_now(pan: int, late: int) -> None:
+    made, wide = Place(), np.concatenate([wall(), wall()], axis=1)
+    person = NOBODY.copy()
+    person[50:130, 100:130] = 255
+    for number in range(12):
+        frame = made.show(np.ascontiguousarray(wide[:, pan * number :][:, : SOURCE[1]]))
+        if number >= late:
+            made.learn(np.roll(person, -pan * (number - late), 1), back=late)
+    background, window = made.view.background, (slice(20, 160), slice(10, 250))
+    known = background.count[window] > 1
+    hidden = np.roll(person, -pan * 11, 1)[window] > 0
+    assert not known[hidden].any()
+    assert known[~cv2.dilate(np.uint8(hidden), np.ones((13, 13))).astype(bool)].all()
+    difference = np.abs(background.mean[window] - frame.image.lab[window])[known]
+    assert difference.mean() < (3 if pan else 1)
+
+
+def test_a_frame_is_learnt_once_and_none_before_it() -> None:
+    made = Place()
+    for _ in range(4):
+        made.show(wall())
+    assert made.view.take(3 * 10**7) is not None
+    assert made.view.take(3 * 10**7) is None
+    assert made.view.take(2 * 10**7) is None
+    assert made.view.take(4 * 10**7) is not None
+    assert made.view.take(10**9) is None
+
+
+def test_all_views_have_the_light_and_the_motion_of_the_finest() -> None:
+    def views(gain: float) -> list[View]:
+        """Return a coarse and a fine view of a place that a camera pans over in changing light."""
+        scene, made = Scene(SOURCE), [View(SOURCE, 0.5), View(SOURCE, 1.0)]
+        wide = np.concatenate([wall(), wall()], axis=1)
+        for number in range(8):
+            part = np.ascontiguousarray(wide[:, 4 * number :][:, : SOURCE[1]])
+            scene.advance(
+                cv2.convertScaleAbs(part, alpha=gain if number >= 4 else 1.0), 1 + number
+            )
+            for view in made if number == 0 else ():
+                scene.add(view)
+        return made
+
+    for dark, plain in zip(views(0.7), views(1.0), strict=True):
+        assert np.abs(dark.now.image.bgr.astype(int) - plain.now.image.bgr).mean() < 4
+        x, y = dark.now.motion.carry(80.0, 40.0)
+        assert (x - 80, y - 40) == pytest.approx((-4.0 * dark.scale, 0.0), abs=0.1)
+
+
+def test_of_a_frame_that_shows_nothing_no_background_is_learnt_by_its_motion_or_without() -> None:
+    made, noise = Place(), np.random.default_rng(0).integers(0, 256, wall().shape, np.uint8)
+    for _ in range(4):
+        made.see(wall())
+    made.show(noise)
+    assert made.learn(gate=False).blank
+    made.show(wall())
+    np.testing.assert_allclose(made.view.background.count, 4, atol=0.1)
+
+
+SIZE = (120, 300)
+
+
+def test_windows_have_room_about_people_and_those_who_are_near_share_one() -> None:
+    (one,) = windows_about([Box(100, 30, 30, 50)], STILL, SIZE)
+    assert one[0].start < 30 < 80 < one[0].stop
+    assert one[1].start < 100 < 130 < one[1].stop
+    (two,) = windows_about([Box(100, 30, 30, 50)], shift(20), SIZE)
+    assert two == (one[0], slice(one[1].start + 20, one[1].stop + 20))
+    near = [Box(40, 30, 30, 50), Box(75, 30, 30, 50), Box(220, 30, 30, 50)]
+    first, second = windows_about(near, STILL, SIZE)
+    assert first[1].stop <= second[1].start
+    # Without people it is all of the image, and without those in the image nothing.
+    assert windows_about([], STILL, SIZE) == [(slice(0, 120), slice(0, 300))]
+    assert windows_about([Box(400, 30, 30, 50)], STILL, SIZE) == []
+
+
+def shift(dx: float, dy: float = 0.0) -> WorldMotion:
+    return WorldMotion(np.array([[1.0, 0.0, dx], [0.0, 1.0, dy], [0.0, 0.0, 1.0]]))
+
+
+@pytest.mark.parametrize('shape', [(60, 80), (41, 33), (5, 6), (2, 9), (7, 1), (1, 1), (0, 4)])
+@pytest.mark.parametrize('spread', [0.5, 3.3])
+def test_squares_are_marked_about_squares_that_changed(
+    shape: tuple[int, int], spread: float
+) -> None:
+    rng = np.random.default_rng(0)
+    then = cv2.GaussianBlur(rng.integers(0, 256, (80, 100), np.uint8), (0, 0), 2)
+    change = cv2.GaussianBlur(rng.normal(0, 90, (80, 100)), (0, 0), 3)
+    now = np.clip(then + change, 0, 255).astype(np.uint8)
+    window = (slice(3, 3 + shape[0]), slice(4, 4 + shape[1]))
+    camera = shift(0.4, -0.3)
+    found = moving_pixels(now, then, camera, window, spread)
+    assert found.shape == shape
+    if not found.size:
+        return
+    mean = cv2.blur(cv2.absdiff(now[window], camera.warped(then, window)), (5, 5))
+    expected = cv2.dilate(np.uint8(mean > 6 + 2 * spread), np.ones((5, 5), np.uint8))
+    np.testing.assert_array_equal(found, expected)
+    if shape == (60, 80):
+        assert 0.02 < found.mean() < 0.98

@@ -1,0 +1,45 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a mechanism is worth is told over places, and nothing is run twice."""
+
+import time
+
+import pytest
+
+from gait_segmentation.pipeline import PipelineConfig
+from gait_tools.evaluation.ablation import ablate
+from gait_tools.evaluation.session import Session, load_sequences
+
+from .fakes import FakePipeline, write_sequence
+
+
+@pytest.fixture
+def folders(tmp_path):
+    return [write_sequence(tmp_path / name, frames=2) for name in 'ab']
+
+
+def rows(folders, out, make_pipeline=FakePipeline, settings=(), **options):
+    out.mkdir(exist_ok=True)
+    session = Session(load_sequences(folders), make_pipeline, time.perf_counter)
+    lines = list(ablate(session, PipelineConfig(), settings, out, **options))
+    cells = [[cell.strip() for cell in line.split('|')[1:-1]] for line in lines[2:]]
+    return {(each[0], each[2]): each[3:] for each in cells}
+
+
+def test_each_mechanism_is_left_out_once_and_what_is_done_is_not_run_again(folders, tmp_path):
+    found = rows(folders, tmp_path / 'out', boxes=2, spoilt=['night'])
+    assert found['nothing', 'plain'] == ['1.000', '', '']
+    assert found['tilt', 'plain'] == ['1.000', '0', 'same']
+    assert ('grey fade', 'night') in found
+    assert ('light', 'ramp') not in found
+    j, difference, verdict = found['texture', 'plain']
+    assert float(difference.split()[0]) == pytest.approx(float(j) - 1, abs=1e-3)
+    assert (float(j) < 0.6, verdict) == (True, 'worse')
+    assert rows(folders, tmp_path / 'out', None, boxes=2, spoilt=['night']) == found
+    with pytest.raises(TypeError):
+        rows(folders, tmp_path / 'out', None, ['other=1'], boxes=2)
+
+
+def test_processes_find_the_same_and_more_films_are_added(folders, tmp_path):
+    rows(folders[:1], tmp_path / 'out')
+    assert rows(folders, tmp_path / 'out', jobs=2) == rows(folders, tmp_path / 'other')

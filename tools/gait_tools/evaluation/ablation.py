@@ -1,0 +1,190 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+What each mechanism is worth: it is left out by its switch, alone, over many films.
+
+Films are run from their boxes and from moved ones.  J is the mean over the frames that show the
+person, then over boxes, the films of a place, and places.  A difference counts if its interval,
+of a bootstrap over places, leaves out zero.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence as ListLike
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import astuple, replace
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+
+from gait_segmentation.config import overridden
+from gait_segmentation.errors import SequenceError
+from gait_segmentation.geometry import Box
+from gait_tools.evaluation.report import write_json
+from gait_tools.evaluation.sequence import Sequence
+from gait_tools.evaluation.session import Session
+from gait_tools.evaluation.variants import filmed
+from gait_tools.outputs import keep_others
+
+Scores = dict[str, float]
+"""J by ``NAME@BOX``, of one film run from one box."""
+
+_HEAD = re.compile(rb'\{\s*"settings": \[')
+
+
+class Mechanism(NamedTuple):
+    """What can be left out; ``off`` are the settings that do so, ``films`` where that is run."""
+
+    name: str
+    does: str
+    off: str
+    films: tuple[str, ...] = ('plain',)
+
+
+WHOLE = Mechanism('nothing', '', '', ('plain', 'ramp', 'flicker', 'night', 'low'))
+SPOILT = WHOLE.films[1:]
+MECHANISMS = (
+    WHOLE,
+    Mechanism('light', 'undoes its changes', 'tracking.use_light=false', ('plain', 'ramp')),
+    Mechanism('flicker', 'undoes bands', 'tracking.use_flicker=false', ('plain', 'flicker')),
+    Mechanism('grey fade', 'survives the night', 'tracking.use_fade=false', ('plain', 'night')),
+    Mechanism('contrast', 'spreads few levels', 'tracking.use_contrast=false', ('plain', 'low')),
+    Mechanism('texture', 'replaces missing colours', 'tracking.use_texture=false'),
+    Mechanism('ego-motion', 'follows the camera', 'tracking.use_ego_motion=false'),
+    Mechanism('box margin', 'trims first boxes', 'tracking.box_margin=0'),
+    Mechanism('background model', 'remembers each pixel', 'tracking.use_background=false'),
+    Mechanism('motion gate', 'distrusts what moves', 'tracking.use_motion_gate=false'),
+    Mechanism('shadow', 'explains cast shadows', 'tracking.use_shadow=false'),
+    Mechanism('motion cue', 'prefers moving along', 'tracking.use_motion_cue=false'),
+    Mechanism('colour bands', 'tells body heights', 'tracking.band_share=0'),
+    Mechanism('colours of the place', 'follow what passes', 'tracking.colour_rate=0'),
+    Mechanism('colours of the person', 'follow the light', 'tracking.person_colour_rate=0'),
+    Mechanism('strangers', 'expects unknown people', 'tracking.stranger_density=0'),
+    Mechanism('competition', 'divides shared pixels', 'tracking.use_competition=false'),
+    Mechanism('mean shift', 'corrects the place', 'tracking.mean_shift_gain=0'),
+    Mechanism('tilt', 'follows leaning bodies', 'tracking.use_tilt=false'),
+    Mechanism('search for the lost', 'awaits hidden people', 'tracking.patience=0'),
+    Mechanism('likelihood blur', 'forgives small shifts', 'matching.blur=1'),
+    Mechanism('phase clock', 'expects the pace', 'matching.rate_cost=0'),
+    Mechanism('path memory', 'sums past frames', 'matching.memory=0.05'),
+    Mechanism('path switching margin', 'keeps the twin', 'matching.switch_margin=0'),
+    Mechanism('placement search', 'corrects the box', 'matching.shifts_x=0 matching.shifts_y=0'),
+    Mechanism('scale search', 'corrects the height', 'matching.scales=0'),
+    Mechanism('shape prior', "knows walkers' shapes", 'segmentation.prior=none'),
+    Mechanism("default (for paper's) prior", 'grows with distance', 'segmentation.prior=paper'),
+    Mechanism('prior in the data term', 'weighs the template', 'segmentation.template_weight=0'),
+    Mechanism("prior's fading", 'doubts poor fits', 'segmentation.fit_high=0.65'),
+    Mechanism('contrast term', 'follows image edges', 'segmentation.contrast=0'),
+    Mechanism('refinement', 'cuts finer again', 'segmentation.use_refinement=false'),
+)
+"""In the order in which a frame meets them."""
+
+
+def mean_j(session: Session, config: Any, run: tuple[Sequence, int]) -> float:
+    """
+    Return the mean J of the frames of a film that show the person; of all who are labelled.
+
+    :param run: the film and the number of the box: 0 as it is given, else the seed that moves it.
+    """
+    cv2.setNumThreads(1)
+    sequence, number = run
+    rng = np.random.default_rng(1000 + number)
+    starts = sequence.starts
+    if number > 0:
+        starts = {n: tuple(_moved(box, rng, *sequence.size) for box in starts[n]) for n in starts}
+    summary = session.score(config, sequence, starts)
+    if sequence.label_files:
+        return float(summary.tracking.numbers()['J'] or 0.0)
+    return float(np.mean([each.j for each in summary.scores if not np.isnan(each.visible.iou)]))
+
+
+def _moved(box: Box, rng: np.random.Generator, width: int, height: int) -> Box:
+    """Return a box off by up to 4 % of its height, to a tenth of a pixel."""
+    dx, dy, wider, taller = rng.uniform(-0.04, 0.04, 4) * box.height
+    moved = Box(box.x + dx, box.y + dy, box.width + wider, box.height + taller)
+    return Box(*(round(each, 1) for each in astuple(moved.clipped(width, height) or box)))
+
+
+def ablate(
+    session: Session,
+    config: Any,
+    settings: ListLike[str],
+    out: Path,
+    boxes: int = 1,
+    jobs: int = 1,
+    spoilt: Iterable[str] = (),
+) -> Iterator[str]:
+    """
+    Run all films without each mechanism; yield the lines of a Markdown table as they come.
+
+    :param config: of the pipeline, in which ``settings`` are made already.
+    :param settings: what tells these runs from others, besides what is left out.
+    :param out: folder with a file a row: J by film and box, of which none is run again.
+    :param boxes: how many boxes each film is run from, the given one first.
+    :param jobs: processes.
+    :param spoilt: those of :data:`SPOILT` that are run as well.
+    :raises SequenceError: if a file cannot be read or written.
+    :raises ConfigError: if a file was not made here.
+    """
+    places = {each.name: str(each.about.get('place', each.name)) for each in session.sequences}
+    yield '| left out | what it does | films | J | difference (95 %) | verdict |\n'
+    yield f'{"|---" * 6}|\n'
+    whole: dict[str, Scores] = {}
+    rows = [(each, film) for each in MECHANISMS for film in each.films]
+    with ProcessPoolExecutor(jobs, get_context('spawn')) as pool:
+        for mechanism, film in (row for row in rows if row[1] in ('plain', *spoilt)):
+            off, path = mechanism.off.split(), out / f'{mechanism.name}@{film}.json'
+            about = [*settings, *off]
+            known = _read(path, about)
+            runs = {
+                f'{each.name}@{number}': (filmed(each, film), number)
+                for each, number in itertools.product(session.sequences, range(boxes))
+            }
+            new = [name for name in runs if name not in known]
+            once = partial(mean_j, replace(session, sequences=()), overridden(config, off))
+            found = (map if jobs == 1 else pool.map)(once, (runs[name] for name in new))
+            try:
+                known.update(zip(new, found, strict=True))
+            finally:
+                # Of a run that is stopped, what there is.
+                write_json(path, {'settings': about, 'J': known})
+            scores = {name: known[name] for name in runs}
+            yield _row(mechanism, film, scores, whole.setdefault(film, scores), places)
+
+
+def _row(
+    mechanism: Mechanism, film: str, scores: Scores, whole: Scores, places: Mapping[str, str]
+) -> str:
+    """Return a line of the table."""
+    by_place: dict[str, list[tuple[float, float]]] = {}
+    for name, j in scores.items():
+        place = places[name.rpartition('@')[0]]
+        by_place.setdefault(place, []).append((j, j - whole[name]))
+    means = np.array([np.mean(each, axis=0) for each in by_place.values()])
+    cells = [mechanism.name, mechanism.does, film, f'{means[:, 0].mean():.3f}', '', '']
+    if mechanism is not WHOLE:
+        changes = means[:, 1]
+        draws = np.random.default_rng(0).choice(changes, (10000, len(changes))).mean(axis=1)
+        low, high = np.percentile(draws, (2.5, 97.5))
+        verdict = 'noise' if low <= 0 <= high else 'worse' if high < 0 else 'better'
+        cells[4:] = f'{changes.mean():+.4f} ({low:+.4f} to {high:+.4f})', verdict
+        if not changes.any():
+            cells[4:] = '0', 'same'
+    return f'| {" | ".join(cells)} |\n'
+
+
+def _read(path: Path, settings: list[str]) -> Scores:
+    """Return what an earlier run with the same settings found."""
+    keep_others([('--out', path, lambda head: _HEAD.match(head) is not None)], 'gait_evaluate')
+    try:
+        known = json.loads(path.read_text()) if path.exists() else {}
+    except (OSError, ValueError) as error:
+        raise SequenceError(f'{path} cannot be read: {error}') from error
+    return dict(known['J']) if known.get('settings') == settings else {}
