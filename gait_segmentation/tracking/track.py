@@ -17,9 +17,9 @@ from gait_segmentation.images import Window, size_of
 from gait_segmentation.results import LOST, TRACKED, FeatureWeight, Feedback, TrackResult
 from gait_segmentation.scene.scene import MOST_KEPT, Frame, Shift, View
 from gait_segmentation.starting import FirstMask
+from gait_segmentation.starting.probation import Probation
 from gait_segmentation.tracking.association import PixelClaim
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.life_cycle import Probation
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.visibility import ALONE, LEAST_SEEN, Visibility, visible_box
 

@@ -23,11 +23,12 @@ from gait_segmentation.scene.working import working_scale, working_shape
 from gait_segmentation.stamps import check_later, check_stamp
 from gait_segmentation.starting import StartingConfig, WalkerFinder
 from gait_segmentation.starting.map_finder import MapFinder
+from gait_segmentation.starting.probation import Probation
 from gait_segmentation.tracking import group
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.fusion import FusionTrack
 from gait_segmentation.tracking.initialization import Beginning, estimate_first, slot_for_found
-from gait_segmentation.tracking.life_cycle import ENDED, GAP_S, Probation, next_state
+from gait_segmentation.tracking.life_cycle import ENDED, GAP_S, next_state
 from gait_segmentation.tracking.mean_shift import MeanShiftTrack
 from gait_segmentation.tracking.pose import WIDEST
 from gait_segmentation.tracking.track import Track

@@ -15,10 +15,8 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.results import LOST, TRACKED
 from gait_segmentation.scene.scene import Scene, View
-from gait_segmentation.starting.map_finder import MapFinder
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.initialization import estimate_first, slot_for_found
-from gait_segmentation.tracking.life_cycle import Probation
 from test.tracking.figures import GREEN, RED, STEP_NS, Figure, Told, ids, picture, step, walk
 from test.walkers import small_bank
 
@@ -202,133 +200,6 @@ def body(size=(30, 60), phase=0):
     template = default_bank().templates[0, phase]
     x, y, w, h = cv2.boundingRect(template)
     return np.where(cv2.resize(template[y : y + h, x : x + w], size) > 127, 255, 0)
-
-
-def heat(number, *regions):
-    """Return the map of a frame at half the size of the source, with regions (left, top, what)."""
-    values = np.zeros((120, 160), np.uint8)
-    for left, top, region in regions:
-        values[top : top + region.shape[0], left : left + region.shape[1]] = region
-    return HeatMap(values, 1 + number)
-
-
-def test_people_are_found_at_once_by_the_shape_of_a_body():
-    finder = MapFinder(default_bank())
-    regions = (20, 30, body()), (90, 20, body((36, 80), 8))
-    found = finder.update(heat(0, *regions), SOURCE, [], 20)
-    assert [(box.x, box.y, box.width, box.height) for box in found] == [
-        pytest.approx((180, 40, 72, 160), abs=4),
-        pytest.approx((40, 60, 60, 120), abs=4),
-    ]
-    assert finder.update(heat(0, *regions), SOURCE, [], 20) == []
-
-
-def test_whoever_is_tracked_is_not_found_again_and_what_hangs_together_with_them_is_theirs():
-    finder, touching, tracked = (
-        MapFinder(default_bank()),
-        np.zeros((60, 64), np.uint8),
-        [Box(36, 56, 66, 130)],
-    )
-    assert finder.update(heat(0, (20, 30, body())), SOURCE, tracked, 20) == []
-    touching[:, :30] = touching[:, 34:] = body()
-    touching[50:, 25:40] = 255
-    assert finder.update(heat(1, (20, 30, touching)), SOURCE, tracked, 20) == []
-    finder.reset()
-    touching[:, 30:34] = 0
-    assert len(finder.update(heat(2, (20, 30, touching)), SOURCE, tracked, 20)) == 1
-
-
-@pytest.mark.parametrize('size', [(60, 30), (100, 8), (6, 12)])
-def test_what_lies_or_is_tiny_is_nobody(size):
-    finder, region = MapFinder(default_bank()), (20, 30, np.full(size[::-1], 255, np.uint8))
-    assert not any(finder.update(heat(n, region), SOURCE, [], 30) for n in range(20))
-
-
-def test_what_is_less_clear_must_be_seen_in_several_maps():
-    finder, square = MapFinder(default_bank()), np.full((60, 34), 255, np.uint8)
-    found = [len(finder.update(heat(n, (20 + n, 30, square)), SOURCE, [], 20)) for n in range(8)]
-    assert found[0] == 0
-    assert sum(found) >= 1
-    finder.reset()
-    jumping = [(20 + 70 * (n % 2), 30, square) for n in range(8)]
-    assert not any(finder.update(heat(n, each), SOURCE, [], 20) for n, each in enumerate(jumping))
-
-
-@pytest.mark.parametrize('child', [False, True])
-def test_a_part_that_the_network_is_sure_of_is_nobody_beside_the_whole(child):
-    """Even if it has more of the shape of a body than the whole, as a print on a dress."""
-    finder, whole = MapFinder(default_bank()), body((40, 90)).astype(np.uint8) // 4
-    if child:
-        whole = cv2.dilate(whole, np.ones((7, 7), np.uint8))
-        whole[25:70, 10:30] = np.maximum(whole[25:70, 10:30], body((20, 45)))
-    else:
-        whole[50:, 12:28] = 255
-    (found,) = finder.update(heat(0, (20, 10, whole)), SOURCE, [], 20)
-    assert (found.y, found.height) == (pytest.approx(20, abs=4), pytest.approx(180, abs=4))
-
-
-def bar(share: float) -> np.ndarray:
-    """Return a mask whose similarity to the whole bar is its share."""
-    mask = np.zeros((100, 10), np.uint8)
-    mask[: round(100 * share)] = 255
-    return mask
-
-
-@pytest.mark.parametrize(
-    ('fits', 'evidence', 'passed'),
-    [
-        ([0.8, 0.7], 0.0, True),
-        ([0.6, 0.6], 1.0, False),
-        ([0.6, 0.6], 5.0, True),
-        ([0.9, 0.0], 1.0, False),
-        ([], 0.0, True),
-    ],
-)
-def test_masks_must_fit_their_templates_the_less_the_more_evidence_there_is(
-    fits: list[float], evidence: float, passed: bool
-) -> None:
-    probation = Probation(10**9)
-    for share in fits:
-        probation.learn(10**9, bar(share), bar(1.0))
-    probation.see(evidence)
-    probation.see(0.0)
-    assert probation.is_passed(2 * 10**9) == passed
-
-
-def leg(forward: int) -> np.ndarray:
-    """Return a mask, (h, w) uint8, of a leg that stands and one that is so far from it."""
-    mask = np.zeros((60, 60), np.uint8)
-    mask[:30, 20:40] = mask[30:, 20:25] = mask[30:, 20 + forward : 25 + forward] = 255
-    return mask
-
-
-@pytest.mark.parametrize(
-    ('masks', 'later_s', 'passed'),
-    [
-        ([leg(15)] * 10, 0.1, False),
-        ([leg(3 * k) for k in (0, 1, 2, 3, 4, 5, 4, 3, 2, 1)], 0.1, True),
-        # Only shapes half a step apart are compared.
-        ([leg(15)] * 2, 0.2, True),
-        ([leg(15)] * 2, 0.9, True),
-        ([leg(0)] * 2 + [leg(0)[::-1].copy()] * 3, 0.1, False),
-    ],
-)
-def test_who_walks_changes_shape_and_stays_a_body(
-    masks: list[np.ndarray], later_s: float, passed: bool
-) -> None:
-    probation = Probation(10**9)
-    for number, mask in enumerate(masks):
-        probation.learn(10**9 + round(number * later_s * 1e9), mask, mask)
-    assert probation.is_passed(2 * 10**9) == passed
-
-
-def test_masks_tell_after_a_second_and_it_is_over_after_three() -> None:
-    probation = Probation(10**9)
-    probation.learn(10**9, bar(0.3), bar(1.0))
-    assert probation.is_passed(2 * 10**9 - 1)
-    assert not probation.is_passed(2 * 10**9)
-    assert not probation.is_over(4 * 10**9 - 1)
-    assert probation.is_over(4 * 10**9)
 
 
 def test_who_is_found_in_a_map_has_the_mask_that_it_shows() -> None:
