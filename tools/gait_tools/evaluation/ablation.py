@@ -15,7 +15,7 @@ import json
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence as ListLike
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import astuple, replace
+from dataclasses import replace
 from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
@@ -109,7 +109,8 @@ def _moved(box: Box, rng: np.random.Generator, width: int, height: int) -> Box:
     """Return a box off by up to 4 % of its height, to a tenth of a pixel."""
     dx, dy, wider, taller = rng.uniform(-0.04, 0.04, 4) * box.height
     moved = Box(box.x + dx, box.y + dy, box.width + wider, box.height + taller)
-    return Box(*(round(each, 1) for each in astuple(moved.clipped(width, height) or box)))
+    moved = moved.clipped(width, height) or box
+    return Box(*(round(each, 1) for each in (moved.x, moved.y, moved.width, moved.height)))
 
 
 def ablate(
