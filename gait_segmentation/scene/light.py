@@ -21,27 +21,19 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import median
-from gait_segmentation.scene.background import BackgroundModel
-from gait_segmentation.scene.world_motion import WorldMotion
+from gait_segmentation.images import median, shrink
+from gait_segmentation.scene.background import LEAST_SAMPLES, BackgroundModel
+from gait_segmentation.scene.ego_motion import WorldMotion
+from gait_segmentation.scene.working import CELL_LEVEL, LEAST_RANGE
 
-LEAST_RANGE = 8
-"""Grey levels between the darkest and the brightest cell below which nothing can be seen."""
-
-_CELL = 8
-"""Pixels across the cells that are compared, in which noise and small motions count little."""
+_CELL = 2**CELL_LEVEL
+"""Pixels across the cells that are compared."""
 
 _DARKEST = 12
 """Levels from black or white within which a cell may be clipped."""
 
-_LEAST_CELLS = 50
-"""Cells that tell the light; fewer may be one surface, which somebody hides."""
-
 _AGREE, _ALIKE = 0.6, 0.15
 """Share of the cells that must have changed by the same factor, give or take this (as a log)."""
-
-_CORRELATION = 0.3
-"""Least correlation of the levels of cells that show the same place, even through bands."""
 
 _UNNOTICED = 0.02
 """Change (as a log) that is left to the models: two levels of 100, as the noise they allow."""
@@ -103,8 +95,7 @@ class Light:
         :param gray: whether its channels are all the same.
         """
         rows, columns = (max(size // _CELL, 1) for size in image.shape[:2])
-        part = image[: rows * _CELL, : columns * _CELL]
-        cells = np.asarray(cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA))
+        cells = shrink(image, (rows, columns))
         self._now = None
         if np.ptp(cells @ _GRAY) >= LEAST_RANGE:
             self._coloured |= not gray
@@ -123,7 +114,7 @@ class Light:
             return
         now, self._now = self._now, None
         if motion.camera is not None:
-            self._known = self._known.moved([motion.scaled(1 / _CELL, 1 / _CELL)])
+            self._known = self._known.moved(motion.scaled(1 / _CELL, 1 / _CELL))
         hidden = (people > 0).view(np.uint8) * 255
         hidden = np.asarray(cv2.resize(hidden, now.shape[1::-1], interpolation=cv2.INTER_AREA))
         self._people = hidden > 0
@@ -150,10 +141,7 @@ class Light:
             self._logs[:] = self._logs @ _GRAY
         self._strange = _visible(bright) & _visible(bright_now)
         use = self._strange & ~self._people
-        if np.count_nonzero(use) < _LEAST_CELLS:
-            return
-        pair = bright[use][None], bright_now[use][None]
-        if cv2.matchTemplate(*pair, cv2.TM_CCOEFF_NORMED)[0, 0] < _CORRELATION:
+        if np.count_nonzero(use) < LEAST_SAMPLES:
             return
         shade, logs = _log_ratios(bright, bright_now), _log_ratios(mean, now)
         # Against the brightness, as what is not quite in place changes both.
@@ -204,11 +192,10 @@ class Contrast:
         self._known = True
         share = np.cumsum(np.bincount(image.reshape(-1), minlength=256)) / image.size
         low, high = (int(level) for level in np.searchsorted(share, (_LEFT_OUT, 1 - _LEFT_OUT)))
-        span = high - low
-        wanted = min(_FULL, _MOST * span)
-        if span < wanted:
+        wanted = min(_FULL, _MOST * (high - low))
+        if high - low < wanted:
             # The rest is shared out as it was, so that black stays black and white stays white.
-            bottom = (255 - wanted) * low / (255 - span)
+            bottom = (255 - wanted) * low / (255 - high + low)
             ends = (0, bottom, bottom + wanted, 255)
             levels = np.interp(np.arange(256), (0, low, high, 255), ends)
             self._curve = np.round(levels).astype(np.uint8)
@@ -229,23 +216,18 @@ def _wave_in(logs: _Floats, use: NDArray[np.bool_]) -> _Wave | None:
     """
     Return the wave in the logs of gains down the image, None if there is none.
 
-    Lamps flicker on the left as on the right, and in waves; what does not is something else: what
-    changes on one side only leaves as much that a wave does not tell as it tells.
+    What does not come in waves leaves as much that a wave does not tell as it tells.
 
     :param logs: (h, w), of the cells.
     :param use: (h, w), those that tell anything.
     """
-    # A column in the middle is on both sides, so that none is empty.
-    middle = logs.shape[1] // 2
-    sides = (np.s_[:, : middle + 1], np.s_[:, middle:])
-    values = np.concatenate([_medians(logs[side], use[side]) for side in sides])
-    told = ~np.isnan(values)
-    if 2 * np.count_nonzero(told) < told.size:
+    told, values = use.any(axis=1), np.where(use, logs, np.float32(np.nan))[use.any(axis=1)]
+    # NaN comes last, so that the middle of what tells is in the middle of what comes before.
+    ordered, middle = np.sort(values, axis=1), np.count_nonzero(use[told], axis=1) // 2
+    values = ordered[np.arange(len(ordered)), middle].astype(np.float64)
+    if 2 * len(values) < len(logs) or np.std(values) < 2 * _UNNOTICED:
         return None
-    values = values[told].astype(np.float64)
-    if np.std(values) < 2 * _UNNOTICED:
-        return None
-    places = np.tile((np.arange(logs.shape[0]) + 0.5) / logs.shape[0], 2)[told]
+    places = (np.flatnonzero(told) + 0.5) / len(logs)
     angles = 2 * math.pi * _PERIODS[:, None] * places
     bases = np.stack([np.ones_like(angles), np.cos(angles), np.sin(angles)], axis=2)
     # Of each period what is left of the values beside the plane of its basis.
@@ -254,13 +236,6 @@ def _wave_in(logs: _Floats, use: NDArray[np.bool_]) -> _Wave | None:
     rest = (float(values @ values) - float(within[best])) / len(values)
     _, cosine, sine = np.linalg.lstsq(bases[best], values, rcond=None)[0].tolist()
     return (float(_PERIODS[best]), cosine, sine) if (cosine**2 + sine**2) / 2 > rest else None
-
-
-def _medians(logs: _Floats, use: NDArray[np.bool_]) -> _Floats:
-    """Return the median of each row of (h, w), (h,), NaN where no cell tells."""
-    ordered = np.sort(np.where(use, logs, np.float32(np.nan)), axis=1)
-    middle = np.count_nonzero(use, axis=1, keepdims=True) // 2
-    return np.take_along_axis(ordered, middle, axis=1)[:, 0]
 
 
 def _along(wave: _Wave, height: int) -> _Floats:

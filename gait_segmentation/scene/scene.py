@@ -18,14 +18,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.colour import is_gray
 from gait_segmentation.geometry import REACH, Box, body_window
 from gait_segmentation.heat_maps import HeatMap
-from gait_segmentation.images import Window
+from gait_segmentation.images import Window, shrink
 from gait_segmentation.scene.background import SURE_COUNT, BackgroundModel
-from gait_segmentation.scene.ego_motion import MotionEstimator
+from gait_segmentation.scene.ego_motion import MotionEstimator, WorldMotion
 from gait_segmentation.scene.light import Contrast, Light
-from gait_segmentation.scene.working import WorkingImage, working_shape
-from gait_segmentation.scene.world_motion import WorldMotion
+from gait_segmentation.scene.working import Pyramid, WorkingImage, working_shape
 
 Shift = tuple[float, float]
 
@@ -33,13 +33,10 @@ MOST_KEPT = 16
 """Frames kept for masks that come late."""
 
 MOTION_GAP = 4
-"""Frames between the two that motion is seen by."""
+"""Frames between the two that tell what moves."""
 
 _LEAST_SHOWN = 0.1
 """Share of the known background below which a frame shows something else."""
-
-_GAP = 3
-"""Frames between the two that tell what moves and is not learnt."""
 
 _LEVEL, _SPREADS = 6.0, 2.0
 """Change that is motion: grey levels, and spreads of a still pixel on top."""
@@ -140,27 +137,24 @@ class View:
 
     def background_in(self, frame: Frame, window: Window) -> BackgroundModel:
         """Return the background as a window of an earlier frame should show it."""
-        return self.background.moved([self.motion_since(frame).inverse()], [window])
+        return self.background.moved(self.motion_since(frame).inverse(), [window])
 
-    def people(self) -> NDArray[np.uint8]:
-        """Return where people were in the last frame, (h, w) uint8, 1 there."""
-        people = np.zeros(self.shape, np.uint8)
-        for area in self.areas:
-            people[area.slices(self.shape[1], self.shape[0])] = 1
-        return people
-
-    def expect(self, image: WorkingImage, motion: WorldMotion) -> float | None:
+    def expect(self, image: WorkingImage, motion: WorldMotion) -> float:
         """
         Carry the background on to a frame, which :meth:`accept` then takes in.
 
-        :returns: the share of it that the frame shows, None if few pixels tell.
+        :returns: the share of it that the frame shows, 1 if few pixels tell.
         """
         windows = windows_about(() if self.everywhere else self.areas, motion, self.shape)
-        background = self.background.moved([motion], windows)
+        background = self.background.moved(motion, windows)
         self._expected = background, windows
         if image.pyramid.is_blank or not windows:
-            return None
-        return background.agreement(image.lab, self.people(), windows)
+            return 1.0
+        people = np.zeros(self.shape, np.uint8)
+        for area in self.areas:
+            people[area.slices(self.shape[1], self.shape[0])] = 1
+        share = background.agreement(image.lab, people, windows)
+        return 1.0 if share is None else share
 
     def accept(
         self,
@@ -238,7 +232,7 @@ class View:
         index = frames.index(frame)
         if index == 0:
             return
-        first = max(0, index - _GAP)
+        first = max(0, index - MOTION_GAP)
         earlier = frames[first]
         motion = WorldMotion.over(each.motion for each in frames[first + 1 : index + 1])
         gray = frame.image.gray, earlier.image.gray
@@ -268,11 +262,12 @@ class WholeView(View):
         self.is_known = False
         """Whether anything has been learnt."""
 
-    def expect(self, image: WorkingImage, motion: WorldMotion) -> None:
+    def expect(self, image: WorkingImage, motion: WorldMotion) -> float:
         """Remember the motion; see :meth:`View.expect`."""
         self.step = WorldMotion.over([self.step, motion])
         self._since = WorldMotion.over([self._since, motion])
         self._expected = self.background, [self.all]
+        return 1.0
 
     def reset(self) -> None:
         """Forget the place."""
@@ -291,7 +286,7 @@ class WholeView(View):
             self._small = self.background.resized(shape)
             self._small.sums = np.asarray(cv2.blur(self._small.sums, (3, 3)))
         ratio = shape[1] / self.shape[1], shape[0] / self.shape[0]
-        return self._small.moved([self._since.scaled(*ratio)])
+        return self._small.moved(self._since.scaled(*ratio))
 
     def learn_all(self, hidden: NDArray[np.uint8]) -> None:
         """
@@ -313,7 +308,7 @@ class WholeView(View):
 
     def _carry(self) -> None:
         if self._since.camera is not None:
-            self.background = self.background.moved([self._since])
+            self.background = self.background.moved(self._since)
             self._since, self._small = WorldMotion(), None
 
 
@@ -352,6 +347,7 @@ class Scene:
         self.moving: NDArray[np.uint8] | None = None
         self.fades = False
         self.stamp_ns = 0
+        self._images: dict[tuple[int, int], WorkingImage] = {}
         self.options = SceneOptions()
         self._light, self._contrast = Light(), Contrast()
 
@@ -368,79 +364,89 @@ class Scene:
         :param image: (H, W, 3) uint8 BGR; it is read again when a view is added.
         :param heat: P(person) from elsewhere, of this frame or one before.
         """
-        self._frame, camera = (image, stamp_ns, heat), self.options.camera
+        self._frame, self._images = (image, heat), {}
         self._light.flickers = self.options.flicker
         self.stamp_ns, self.fades = stamp_ns, False
         if not self.views:
             return
         leader = max(self.views, key=lambda view: view.scale)
-        faded = bool(leader.frames) and leader.now.image.faded
-        newest = self._image(leader.shape, measure=True)
-        images = {leader.shape: newest}
-        people = self._people(leader)
-        motion = leader.points.update(newest.pyramid, people, camera=camera)
-        steps = []
+        last = leader.now.image if leader.frames else None
+        newest, people = self._image(leader.shape), self._people(leader)
         for view in self.views:
-            if view.shape not in images:
-                images[view.shape] = self._image(view.shape)
-            if view is not leader:
-                view.points.update(images[view.shape].pyramid, None, camera=False)
+            view.points.update(self._image(view.shape).pyramid)
+        motion = leader.points.world_motion(people) if self.options.camera else WorldMotion()
+        steps: list[WorldMotion] = []
+        for view in self.views:
             down, across = (a / b for a, b in zip(view.shape, leader.shape, strict=True))
-            steps.append(motion if view is leader else motion.scaled(across, down))
-        self.fades = self.options.fade and newest.faded and not faded
+            steps.append(motion.scaled(across, down))
+        self.fades = self.options.fade and newest.faded and not (last and last.faded)
         if self.fades:
             for view in self.views:
                 view.background.fade(newest.textured)
-        shares = [
-            view.expect(images[view.shape], step)
+        shown = min(
+            view.expect(self._image(view.shape), step)
             for view, step in zip(self.views, steps, strict=True)
-        ]
+        )
         blank = newest.pyramid.is_blank
-        if min((share for share in shares if share is not None), default=1.0) < _LEAST_SHOWN:
-            if leader.frames and newest.pyramid.resembles(leader.now.image.pyramid):
-                self._light.forget()
-                for view in self.views:
-                    view.reset()
-            else:
-                blank, steps = True, [WorldMotion()] * len(steps)
-                for view in self.views:
-                    view.points.leave_out()
+        if shown < _LEAST_SHOWN and last and newest.pyramid.resembles(last.pyramid):
+            self._light.forget()
+            for view in self.views:
+                view.reset()
+        elif shown < _LEAST_SHOWN:
+            blank, steps = True, [WorldMotion()] * len(steps)
+            for view in self.views:
+                view.points.leave_out()
         if not blank:
             self._light.follow(motion, people)
         for view, step in zip(self.views, steps, strict=True):
-            view.accept(images[view.shape], step, heat, blank=blank)
+            view.accept(self._image(view.shape), step, heat, blank=blank)
 
     def add(self, view: View) -> None:
         """Take in a view, and show it the newest frame."""
-        first, heat = not self.views, self._frame[2]
-        image = self._image(view.shape, measure=first)
-        view.points.update(image.pyramid, None, camera=False)
+        first, image = not self._images, self._image(view.shape)
+        view.points.update(image.pyramid)
         if first and not image.pyramid.is_blank:
             self._light.follow(WorldMotion(), np.zeros(view.shape, np.uint8))
-        view.accept(image, WorldMotion(), heat, blank=image.pyramid.is_blank)
+        view.accept(image, WorldMotion(), self._frame[1], blank=image.pyramid.is_blank)
         self.views.append(view)
 
     def _people(self, leader: View) -> NDArray[np.uint8]:
         """Return where people and what else moves were in the last frame, (h, w) uint8."""
-        people = leader.people()
+        people = np.zeros(leader.shape, np.uint8)
         if self.moving is not None:
             size = leader.shape[::-1]
             people |= np.asarray(cv2.resize(self.moving, size, interpolation=cv2.INTER_NEAREST))
         for view in self.views:
-            for area in view.areas if view is not leader else ():
+            for area in view.areas:
                 scaled = area.scaled(leader.scale / view.scale)
                 people[scaled.slices(leader.shape[1], leader.shape[0])] = 1
         return people
 
-    def _image(self, shape: tuple[int, int], *, measure: bool = False) -> WorkingImage:
+    def _image(self, shape: tuple[int, int]) -> WorkingImage:
         """Return the newest frame at a size, in whose light it is that of the first."""
-        image, stamp_ns, _ = self._frame
-        light = self._light if self.options.light else None
-        contrast = self._contrast if self.options.contrast else None
-        texture = self.options.texture
-        return WorkingImage.of(
-            image, stamp_ns, shape, light, contrast, texture=texture, measure=measure
+        if shape in self._images:
+            return self._images[shape]
+        source, options = self._frame[0], self.options
+        small = shrink(source, shape)
+        if small is source:
+            # Lab comes later, when the caller may have filled its buffer anew.
+            small = source.copy()
+        colourless, faded = is_gray(small), False
+        if options.light:
+            # First, as light is a factor only of the levels as they came.
+            if not self._images:
+                self._light.measure(small, gray=colourless)
+            small, faded = self._light.undone(small), self._light.faded
+        gray = np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY))
+        curve = self._contrast.curve_for(small) if options.contrast else None
+        if curve is not None:
+            # Not of the colours with other levels, which would take three times as long.
+            gray, small = (np.asarray(cv2.LUT(each, curve)) for each in (gray, small))
+        image = WorkingImage(
+            self.stamp_ns, small, gray, Pyramid(gray), options.texture and colourless, faded
         )
+        self._images[shape] = image
+        return image
 
 
 def _carried(

@@ -11,12 +11,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import gray_lab, is_gray
+from gait_segmentation.colour import gray_lab
 from gait_segmentation.images import Window, shrink
-from gait_segmentation.scene.light import LEAST_RANGE, Contrast, Light
 
-_CELLS = 3
-"""Halvings that make a cell a pixel."""
+CELL_LEVEL = 3
+"""Halvings that make a cell a pixel: noise, texture and small motions count little in cells."""
+
+LEAST_RANGE = 8
+"""Grey levels between the darkest and the brightest cell below which nothing can be seen."""
 
 _ALIKE = 0.5
 """Correlation of the cells of two pictures from which they may show the same place."""
@@ -42,13 +44,15 @@ class Pyramid:
     def image(self, level: int) -> NDArray[np.uint8]:
         """Return the image halved as often as ``level`` says."""
         while len(self._images) <= level:
-            self._images.append(_halved(self._images[-1]))
+            last = self._images[-1]
+            half = max(last.shape[0] // 2, 1), max(last.shape[1] // 2, 1)
+            self._images.append(shrink(last, half))
         return self._images[level]
 
     @property
     def cells(self) -> NDArray[np.uint8]:
-        """Return means of cells, in which noise and texture are far less: (h, w) uint8."""
-        return self.image(_CELLS)
+        """Return means of cells, (h, w) uint8."""
+        return self.image(CELL_LEVEL)
 
     @cached_property
     def is_blank(self) -> bool:
@@ -79,66 +83,21 @@ class WorkingImage:
     textured: bool
     faded: bool = False
 
-    @classmethod
-    def of(
-        cls,
-        image: NDArray[np.uint8],
-        stamp_ns: int,
-        shape: tuple[int, int],
-        light: Light | None = None,
-        contrast: Contrast | None = None,
-        *,
-        texture: bool = True,
-        measure: bool = True,
-    ) -> WorkingImage:
-        """
-        Scale a frame.
-
-        :param image: (H, W, 3) uint8 BGR.
-        :param shape: (h, w) of the working image.
-        :param light: which is undone, if any.
-        :param contrast: which spreads the levels, if any.
-        :param texture: whether gradient energy stands for colours that there are not.
-        :param measure: whether the light is measured by it, or has been by the same frame.
-        """
-        small = shrink(image, shape)
-        if small is image:
-            # Lab comes later, when the caller may have filled its buffer anew.
-            small = image.copy()
-        colourless, faded = is_gray(small), False
-        if light is not None:
-            # First, as light is a factor only of the levels as they came.
-            if measure:
-                light.measure(small, gray=colourless)
-            small, faded = light.undone(small), light.faded
-        gray = np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY))
-        curve = None if contrast is None else contrast.curve_for(small)
-        if curve is not None:
-            # Not of the colours with other levels, which would take three times as long.
-            gray, small = (np.asarray(cv2.LUT(each, curve)) for each in (gray, small))
-        textured = texture and colourless
-        return cls(stamp_ns, small, gray, Pyramid(gray), textured, faded)
-
     def shrunk(self, shape: tuple[int, int]) -> NDArray[np.uint8]:
         """Return the image in Lab at a smaller (h, w), (h, w, 3) uint8; see :attr:`lab`."""
-        source = self.gray if self.textured else self.bgr
-        return _lab_of(shrink(source, shape, cv2.INTER_AREA))
+        if self.textured:
+            return gray_lab(shrink(self.gray, shape, cv2.INTER_AREA))
+        small = shrink(self.bgr, shape, cv2.INTER_AREA)
+        return np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2Lab))
 
     @cached_property
     def lab(self) -> NDArray[np.uint8]:
         """Return the image in CIE L*a*b* as OpenCV stores it, (h, w, 3) uint8."""
-        return _lab_of(self.gray if self.textured else self.bgr)
+        return self.shrunk((self.gray.shape[0], self.gray.shape[1]))
 
     def lab_part(self, window: Window) -> NDArray[np.uint8]:
         """Return a window in Lab, (h, w, 3) uint8, its rows contiguous as kernels want them."""
         return np.ascontiguousarray(self.lab[window])
-
-
-def _lab_of(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return an image in Lab, with gradient energy in the place of colours if it is (h, w)."""
-    return (
-        gray_lab(image) if image.ndim == 2 else np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2Lab))
-    )
 
 
 def working_scale(
@@ -154,10 +113,3 @@ def working_scale(
 def working_shape(height: int, width: int, scale: float) -> tuple[int, int]:
     """Return (h, w) of the working image of a source of the given size."""
     return max(1, round(height * scale)), max(1, round(width * scale))
-
-
-def _halved(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return means of 2 x 2 pixels, without the last row or column of an odd number."""
-    size = (max(gray.shape[1] // 2, 1), max(gray.shape[0] // 2, 1))
-    part = gray[: 2 * size[1], : 2 * size[0]]
-    return np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA))

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window, median
+from gait_segmentation.scene.ego_motion import WorldMotion
 from gait_segmentation.scene.scene import Scene, WholeView
-from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.starting.blobs import Blob, find_blobs
 
 _LARGEST = 640

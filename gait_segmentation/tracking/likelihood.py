@@ -38,7 +38,7 @@ Times a pixel must have been seen for half of the trust: what was just uncovered
 How far the background is misplaced, in pixels, is added, since it may be another pixel then.
 """
 
-_LEAST_COUNT = 0.25
+_LEAST_COUNT = 1e-3
 """Background pixels seen less often than this, at the rim of what is known, are unknown."""
 
 _LIMIT = 6.0
@@ -46,12 +46,6 @@ _LIMIT = 6.0
 
 _FARTHEST = 18.0
 """Exponents from which a density counts as nothing."""
-
-_LEAST_MISPLACED = 0.05
-"""Misplacement of the background from which it counts, in pixels."""
-
-_CERTAIN = 8.0
-"""Log ratio beyond which an image of 8 bits shows no difference."""
 
 
 @njit(nogil=True, fastmath=True, inline='always')
@@ -246,7 +240,7 @@ def log_ratio(
     :param strangers: (h, w) float32, probability of any colour of somebody else; None: nobody is.
     """
     out = np.empty(rows.shape, np.float32)
-    misplacement = background.misplacement if background.misplacement > _LEAST_MISPLACED else 0.0
+    misplacement = background.misplacement
     sums, top, left = background.part(window)
     wider = np.ones((2, *rows.shape), np.float32)
     if misplacement:
@@ -283,6 +277,5 @@ def likelihood_image(
     :param shape: (h, w) of the working image.
     """
     image = np.zeros(shape, np.uint8)
-    odds = cv2.exp(np.clip(-logit, -_CERTAIN, _CERTAIN))
-    image[window] = np.rint(255 / (1 + odds))
+    image[window] = np.rint(255 / (1 + cv2.exp(-logit)))
     return image
