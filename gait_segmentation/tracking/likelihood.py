@@ -48,40 +48,42 @@ _FARTHEST = 18.0
 """Exponents from which a density counts as nothing."""
 
 
+_EXP = tuple(
+    np.float32(c)
+    for c in (1.3333558e-3, 9.618129e-3, 5.5504109e-2, 0.24022651, 0.69314718, 1.0)
+)
+_LOG = tuple(
+    np.float32(c)
+    for c in (
+        *(7.0376836e-2, -0.11514610, 0.11676999, -0.12420141, 0.14249323),
+        *(-0.16668058, 0.20000715, -0.24999994, 0.33333331),
+    )
+)
+"""Polynomials that come within 2e-7 of powers of two, and of logarithms; highest powers first."""
+
+
 @njit(nogil=True, fastmath=True, inline='always')
 def _exp_minus(value: np.float32) -> np.float32:
-    """Return exp(-value) of 0..80, to 2e-7 of it: a power of two and a polynomial."""
+    """Return exp(-value) of 0..80: a power of two and a polynomial."""
     power = value * np.float32(-1.44269504)
     whole = np.float32(np.int32(power - np.float32(0.5)))
-    rest = power - whole
-    part = np.float32(1.3333558e-3)
-    part = part * rest + np.float32(9.618129e-3)
-    part = part * rest + np.float32(5.5504109e-2)
-    part = part * rest + np.float32(0.24022651)
-    part = part * rest + np.float32(0.69314718)
-    part = part * rest + np.float32(1)
+    x, (a, b, c, d, e, f) = power - whole, _EXP
+    part = ((((a * x + b) * x + c) * x + d) * x + e) * x + f
     bits = np.int32((np.int32(whole) + np.int32(127)) << np.int32(23))
     return part * bits.view(np.float32)
 
 
 @njit(nogil=True, fastmath=True, inline='always')
 def _log(value: np.float32) -> np.float32:
-    """Return the natural logarithm, to 2e-7: the exponent and a polynomial of the mantissa."""
+    """Return the natural logarithm: the exponent and a polynomial of the mantissa."""
     bits = np.float32(value).view(np.int32)
     # The mantissa from half the square root of two to all of it.
     exponent = np.int32((bits - np.int32(0x3F3504F3)) >> np.int32(23))
-    rest = np.int32(bits - (exponent << np.int32(23))).view(np.float32) - np.float32(1)
-    part = np.float32(7.0376836e-2)
-    part = part * rest - np.float32(0.11514610)
-    part = part * rest + np.float32(0.11676999)
-    part = part * rest - np.float32(0.12420141)
-    part = part * rest + np.float32(0.14249323)
-    part = part * rest - np.float32(0.16668058)
-    part = part * rest + np.float32(0.20000715)
-    part = part * rest - np.float32(0.24999994)
-    part = part * rest + np.float32(0.33333331)
-    square = rest * rest
-    first = rest - np.float32(0.5) * square + square * rest * part
+    x = np.int32(bits - (exponent << np.int32(23))).view(np.float32) - np.float32(1)
+    a, b, c, d, e, f, g, h, i = _LOG
+    part = (((((((a * x + b) * x + c) * x + d) * x + e) * x + f) * x + g) * x + h) * x + i
+    square = x * x
+    first = x - np.float32(0.5) * square + square * x * part
     return first + np.float32(exponent) * np.float32(0.69314718)
 
 
