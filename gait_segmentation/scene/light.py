@@ -144,15 +144,14 @@ class Light:
         if np.count_nonzero(use) < LEAST_SAMPLES:
             return
         shade, logs = _log_ratios(bright, bright_now), _log_ratios(mean, now)
-        # Against the brightness, as what is not quite in place changes both.
-        tints = logs - shade[..., None]
         self.wave = _wave_in(shade, use) if self.flickers else None
         if self.wave is not None:
-            shade -= _along(self.wave, shape[0])[:, None]
+            along = _along(self.wave, shape[0])[:, None]
+            shade, logs = shade - along, logs - along[..., None]
         near = use & (np.abs(shade - median(shade[use])) < _ALIKE)
         if np.count_nonzero(near) > _AGREE * np.count_nonzero(use):
             # Those that agree once more: what covers a part of the world is on one side of it.
-            total = median(shade[near]) + median(tints[near])
+            total = median(logs[near])
             if np.abs(total - self._logs).max() > _UNNOTICED:
                 # All of it, so that what is left out does not add up in what is remembered.
                 self._logs = total.astype(np.float32)

@@ -109,9 +109,10 @@ class View:
     @property
     def step_s(self) -> float:
         """Return the seconds between the last two frames, 0 at the first."""
-        if len(self.frames) < 2:
-            return 0.0
-        return (self.frames[-1].image.stamp_ns - self.frames[-2].image.stamp_ns) / 1e9
+        first, last = (
+            self.frames[index].image.stamp_ns for index in (-min(len(self.frames), 2), -1)
+        )
+        return (last - first) / 1e9
 
     @property
     def is_late(self) -> bool:
@@ -130,10 +131,11 @@ class View:
                 return frame
         return None
 
-    def motion_since(self, frame: Frame) -> WorldMotion:
-        """Return how the still world moved from a frame that is kept to the newest."""
+    def motion_since(self, earlier: Frame, later: Frame | None = None) -> WorldMotion:
+        """Return how the still world moved from a frame that is kept to another, or the newest."""
         frames = list(self.frames)
-        return WorldMotion.over(each.motion for each in frames[frames.index(frame) + 1 :])
+        end = None if later is None else frames.index(later) + 1
+        return WorldMotion.over(each.motion for each in frames[frames.index(earlier) + 1 : end])
 
     def background_in(self, frame: Frame, window: Window) -> BackgroundModel:
         """Return the background as a window of an earlier frame should show it."""
@@ -174,14 +176,13 @@ class View:
         background, windows = self._expected
         if not blank:
             self.background = background
-        self.frames.append(Frame(image, motion, windows, blank))
-        stamps = [each.image.stamp_ns for each in list(self.frames)[-1 - MOTION_GAP :]]
-        if heat is not None and heat.stamp_ns >= stamps[0]:
+        frames = [*self.frames, Frame(image, motion, windows, blank)][-1 - MOTION_GAP :]
+        self.frames.append(frames[-1])
+        if heat is not None and heat.stamp_ns >= frames[0].image.stamp_ns:
             size = self.shape[::-1]
-            values = cv2.resize(heat.values, size, interpolation=cv2.INTER_LINEAR)
-            self.now.heat = np.asarray(values)
+            self.now.heat = np.asarray(cv2.resize(heat.values, size))
             # It is of the frame that is nearest to its stamp.
-            ages = [abs(stamp_ns - heat.stamp_ns) for stamp_ns in stamps]
+            ages = [abs(each.image.stamp_ns - heat.stamp_ns) for each in frames]
             self.now.heat_frames = len(ages) - 1 - ages.index(min(ages))
 
     def reset(self) -> None:
@@ -208,41 +209,35 @@ class View:
         frame.people = people
         if frame.blank:
             return
-        lab, hidden, motion = frame.image.lab, people, self.motion_since(frame)
-        windows = frame.windows
+        lab, windows, motion = frame.image.lab, frame.windows, self.motion_since(frame)
+        hidden = people | self._moving(frame) if gate else people
         if motion.camera is not None:
             # The mask came late: the frame is carried on to where the background is by now.
             windows = around = self.now.windows
-            lab, people = _carried(frame, people, motion, windows)
-        self.background.measure_noise(lab, people, around)
-        if gate:
-            hidden = hidden.copy()
-            self._add_moving(hidden, frame)
-        if motion.camera is not None:
-            lab, hidden = _carried(frame, hidden, motion, windows)
+            earlier, free = lab, cv2.inRange(hidden, 0, 0)
+            lab, hidden = np.zeros_like(lab), np.ones_like(people)
+            for part in windows:
+                lab[part] = motion.warped(earlier, part)
+                shown = motion.warped(free, part, cv2.BORDER_CONSTANT)
+                hidden[part] = cv2.inRange(shown, 0, 254)
+        self.background.measure_noise(lab, hidden, around)
         self.background.learn(lab, hidden, windows)
 
-    def _add_moving(self, people: NDArray[np.uint8], frame: Frame) -> None:
-        """
-        Add to people, (h, w) uint8, what else moves against the world in the windows of a frame.
-
-        Nothing is added if there is no earlier frame.
-        """
+    def _moving(self, frame: Frame) -> NDArray[np.uint8]:
+        """Return where something moves against the world in the windows of a frame, (h, w) 0/1."""
         frames = list(self.frames)
-        index = frames.index(frame)
-        if index == 0:
-            return
-        first = max(0, index - MOTION_GAP)
-        earlier = frames[first]
-        motion = WorldMotion.over(each.motion for each in frames[first + 1 : index + 1])
-        gray = frame.image.gray, earlier.image.gray
-        for window in frame.windows:
-            moving = moving_pixels(*gray, motion, window, self.background.sigma)
+        earlier = frames[max(0, frames.index(frame) - MOTION_GAP)]
+        motion, moving = self.motion_since(earlier, frame), np.zeros(self.shape, np.uint8)
+        for window in frame.windows if earlier is not frame else ():
+            part = moving_pixels(
+                frame.image.gray, earlier.image.gray, motion, window, self.background.sigma
+            )
             if earlier.people is not None:
                 # What people have just uncovered has changed but is background.
                 left = motion.warped(earlier.people, window, cv2.BORDER_CONSTANT)
-                moving &= cv2.inRange(left, 0, 0)
-            people[window] |= moving
+                part &= cv2.inRange(left, 0, 0)
+            moving[window] = part
+        return moving
 
 
 class WholeView(View):
@@ -375,10 +370,8 @@ class Scene:
         for view in self.views:
             view.points.update(self._image(view.shape).pyramid)
         motion = leader.points.world_motion(people) if self.options.camera else WorldMotion()
-        steps: list[WorldMotion] = []
-        for view in self.views:
-            down, across = (a / b for a, b in zip(view.shape, leader.shape, strict=True))
-            steps.append(motion.scaled(across, down))
+        shapes = [view.shape for view in self.views]
+        steps = [motion.scaled(w / leader.shape[1], h / leader.shape[0]) for h, w in shapes]
         self.fades = self.options.fade and newest.faded and not (last and last.faded)
         if self.fades:
             for view in self.views:
@@ -416,10 +409,8 @@ class Scene:
         if self.moving is not None:
             size = leader.shape[::-1]
             people |= np.asarray(cv2.resize(self.moving, size, interpolation=cv2.INTER_NEAREST))
-        for view in self.views:
-            for area in view.areas:
-                scaled = area.scaled(leader.scale / view.scale)
-                people[scaled.slices(leader.shape[1], leader.shape[0])] = 1
+        for area in (each.scaled(leader.scale / v.scale) for v in self.views for each in v.areas):
+            people[area.slices(leader.shape[1], leader.shape[0])] = 1
         return people
 
     def _image(self, shape: tuple[int, int]) -> WorkingImage:
@@ -447,18 +438,6 @@ class Scene:
         )
         self._images[shape] = image
         return image
-
-
-def _carried(
-    frame: Frame, people: NDArray[np.uint8], motion: WorldMotion, windows: Sequence[Window]
-) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return a frame in Lab and where people are in it, as the world has moved since."""
-    lab, hidden = np.zeros_like(frame.image.lab), np.ones_like(people)
-    free = cv2.inRange(people, 0, 0)
-    for window in windows:
-        lab[window] = motion.warped(frame.image.lab, window)
-        hidden[window] = cv2.inRange(motion.warped(free, window, cv2.BORDER_CONSTANT), 0, 254)
-    return lab, hidden
 
 
 def moving_pixels(
