@@ -86,7 +86,7 @@ def _log(value: np.float32) -> np.float32:
     return first + np.float32(exponent) * np.float32(0.69314718)
 
 
-@kernel('f4[:,:,::1], i8, i8, f8, f4[:,:,::1]', error_model='numpy')
+@kernel('f4[:,:,::1], i8, i8, f8, f4[:,:,::1]', fastmath=True, error_model='numpy')
 def widen(
     sums: NDArray[np.float32], top: int, left: int, share: float, wider: NDArray[np.float32]
 ) -> None:
@@ -99,49 +99,20 @@ def widen(
     :param share: of the squared slopes that is added.
     :param wider: (2, h, w) float32, of lightness and of chroma.
     """
-    height, width = wider.shape[1:]
-    mean, counts = np.empty((3, height, width), np.float32), np.empty((height, width), np.float32)
-    least = np.float32(_LEAST_COUNT)
-    for row in range(height):
-        line = sums[top + row].reshape(-1)[4 * left : 4 * (left + width)]
-        for col in range(width):
-            count = line[4 * col + 3]
-            counts[row, col] = count
+    least, one, zero = np.float32(_LEAST_COUNT), np.float32(1), np.float32(0)
+    for row in range(1, wider.shape[1] - 1):
+        lines = sums[top + row - 1], sums[top + row], sums[top + row + 1]
+        for col in range(1, wider.shape[2] - 1):
+            up, low = lines[0][left + col], lines[2][left + col]
+            near, far = lines[1][left + col - 1], lines[1][left + col + 1]
+            fewest = min(min(up[3], low[3]), min(near[3], far[3]))
+            gain = np.float32(0.25 * share) if fewest >= least else zero
+            above, below = one / max(up[3], least), one / max(low[3], least)
+            before, after = one / max(near[3], least), one / max(far[3], least)
             for channel in range(3):
-                mean[channel, row, col] = line[4 * col + channel] / max(count, least)
-    for row in range(1, height - 1):
-        above, below, here = counts[row - 1], counts[row + 1], counts[row]
-        for col in range(1, width - 1):
-            fewest = min(min(above[col], below[col]), min(here[col - 1], here[col + 1]))
-            gain = np.float32(0.25 * share) if fewest >= least else np.float32(0)
-            light, chroma = np.float32(0), np.float32(0)
-            for channel in range(3):
-                down = mean[channel, row + 1, col] - mean[channel, row - 1, col]
-                across = mean[channel, row, col + 1] - mean[channel, row, col - 1]
-                square = down * down + across * across
-                if channel == 0:
-                    light = square
-                else:
-                    chroma += square
-            wider[0, row, col] += gain * light
-            wider[1, row, col] += gain * chroma
-
-
-@njit(nogil=True, fastmath=True, inline='always')
-def _look_up(
-    bins: NDArray[np.uint16],
-    rows: NDArray[np.float32],
-    person: NDArray[np.float32],
-    surroundings: NDArray[np.float32],
-    of_person: NDArray[np.float32],
-    of_surroundings: NDArray[np.float32],
-) -> None:
-    """Fill in how likely the colours of a row of pixels are for each class."""
-    bands = np.float32(BANDS)
-    for col in range(bins.size):
-        band = min(max(int(rows[col] * bands), 0), BANDS - 1)
-        of_person[col] = person[bins[col], band]
-        of_surroundings[col] = surroundings[bins[col], band]
+                down = low[channel] * below - up[channel] * above
+                across = far[channel] * after - near[channel] * before
+                wider[min(channel, 1), row, col] += gain * (down * down + across * across)
 
 
 @kernel(
@@ -192,7 +163,10 @@ def ratios(
     width = out.shape[1]
     of_person, of_surroundings = np.empty(width, np.float32), np.empty(width, np.float32)
     for row in range(out.shape[0]):
-        _look_up(bins[row], rows[row], person, surroundings, of_person, of_surroundings)
+        for col in range(width):
+            band = min(max(int(rows[row, col] * np.float32(BANDS)), 0), BANDS - 1)
+            of_person[col] = person[bins[row, col], band]
+            of_surroundings[col] = surroundings[bins[row, col], band]
         wide, wide_chroma = wider[0, row], wider[1, row]
         pixels = lab[row].reshape(-1)
         line = sums[top + row].reshape(-1)[4 * left : 4 * (left + width)]
@@ -241,11 +215,10 @@ def log_ratio(
     :param strangers: (h, w) float32, probability of any colour of somebody else; None: nobody is.
     """
     out = np.empty(rows.shape, np.float32)
-    misplacement = background.misplacement
     sums, top, left = background.part(window)
     wider = np.ones((2, *rows.shape), np.float32)
-    if misplacement:
-        widen(sums, top, left, (misplacement / background.sigma) ** 2, wider)
+    if background.misplacement:
+        widen(sums, top, left, (background.misplacement / background.sigma) ** 2, wider)
     ratios(
         lab,
         colour_bins(lab),
@@ -254,7 +227,7 @@ def log_ratio(
         top,
         left,
         wider,
-        misplacement,
+        background.misplacement,
         person.table,
         surroundings.table,
         np.zeros_like(rows) if strangers is None else strangers,
