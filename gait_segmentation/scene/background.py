@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
+from statistics import NormalDist
 
 import cv2
 import numpy as np
@@ -24,7 +26,8 @@ _SAMPLE_STEP = 3
 SURE_COUNT = 2.0
 """Times a pixel was seen to be sure what is there."""
 
-_NEUTRAL, _GAIN, _LIMIT = 4.0, 0.75, 3.0
+_NEUTRAL, _GAIN = 4.0, 0.75
+_LIMIT = _GAIN * _NEUTRAL
 """
 Half the squared distance in ``sigma`` that says nothing, evidence per step, and its limit, which
 is reached four ``sigma`` away.
@@ -39,10 +42,10 @@ _STEEP = 4.0
 _NOISE_PLACE = 0.25
 """What noise alone makes of steep pixels, in pixels."""
 
-_OF_MEDIAN = 1.4826
+_OF_MEDIAN = 1 / NormalDist().inv_cdf(0.75)
 """Standard deviation of normal residuals over the median of their absolute values."""
 
-_SIGMA_START, _SIGMA_LOW, _SIGMA_HIGH = 5.0, 2.5, 14.0
+_SIGMA_LOW, _SIGMA_HIGH = 2.5, 14.0
 
 
 class BackgroundModel:
@@ -63,7 +66,7 @@ class BackgroundModel:
     def __init__(self, shape: tuple[int, int]) -> None:
         """Make a model that knows nothing yet, for a working image of the given (h, w)."""
         self.sums = np.zeros((*shape, 4), np.float32)
-        self.sigma = _SIGMA_START
+        self.sigma = 2 * _SIGMA_LOW
         self.misplacement = 0.0
 
     @property
@@ -75,13 +78,6 @@ class BackgroundModel:
     def mean(self) -> NDArray[np.float32]:
         """Return the mean of each pixel, (h, w, 3) float32, zero where it is unknown."""
         return self.sums[..., :3] / np.maximum(self.sums[..., 3:], np.float32(1e-6))
-
-    def part(self, window: Window) -> tuple[NDArray[np.float32], int, int]:
-        """Return contiguous sums that hold a window, and the row and column it begins in."""
-        rows, columns = window
-        if rows.step is None and columns.step is None:
-            return self.sums, rows.start, columns.start
-        return np.ascontiguousarray(self.sums[window]), 0, 0
 
     def contradicted(
         self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
@@ -111,8 +107,7 @@ class BackgroundModel:
     ) -> NDArray[np.float32]:
         """Return the evidence however often pixels were seen, if they are known at all."""
         out = np.empty(lab.shape[:2], np.float32)
-        sums, top, left = self.part(window)
-        _weigh(sums, lab, top, left, self.sigma, shadow_floor, out)
+        _weigh(np.ascontiguousarray(self.sums[window]), lab, self.sigma, shadow_floor, out)
         return out
 
     def agreement(
@@ -161,11 +156,9 @@ class BackgroundModel:
 
     def resized(self, shape: tuple[int, int]) -> BackgroundModel:
         """Return the model for a working image of another (h, w)."""
-        other = BackgroundModel((0, 0))
-        smaller = shape[0] < self.sums.shape[0]
-        way = cv2.INTER_AREA if smaller else cv2.INTER_LINEAR
+        other = copy.copy(self)
+        way = cv2.INTER_AREA if shape[0] < self.sums.shape[0] else cv2.INTER_LINEAR
         other.sums = np.asarray(cv2.resize(self.sums, shape[::-1], interpolation=way))
-        other.sigma, other.misplacement = self.sigma, self.misplacement
         return other
 
     def moved(
@@ -174,8 +167,8 @@ class BackgroundModel:
         """Return the model as it looks after a motion of the world; this one if it stays."""
         if motion.camera is None:
             return self
-        other = BackgroundModel(self.sums.shape[:2])
-        other.sigma, other.misplacement = self.sigma, self.misplacement
+        other = copy.copy(self)
+        other.sums = np.zeros_like(self.sums)
         for window in self._all if windows is None else windows:
             # Linear interpolation, frame after frame, would take the contrast out of fine stripes,
             # which then differ from every new frame.
@@ -280,18 +273,16 @@ def _update_sums(
             line[4 * col + 3] = keep * count
 
 
-@kernel('f4[:,:,::1], u1[:,:,::1], i8, i8, f8, f8, f4[:,::1]', fastmath=True, error_model='numpy')
+@kernel('f4[:,:,::1], u1[:,:,::1], f8, f8, f4[:,::1]', fastmath=True, error_model='numpy')
 def _weigh(
     sums: NDArray[np.float32],
     lab: NDArray[np.uint8],
-    top: int,
-    left: int,
     sigma: float,
     shadow_floor: float,
     out: NDArray[np.float32],
 ) -> None:
     """
-    Fill in log-odds that pixels are not the background, from a pixel of ``sums`` on.
+    Fill in log-odds that pixels are not the background, see :meth:`.evidence`.
 
     Without branches, so that many pixels are done at once.
     """
@@ -302,8 +293,7 @@ def _weigh(
     scale, floor = np.float32(1 / (2 * sigma * sigma)), np.float32(shadow_floor)
     steepness, middle = np.float32(1 / max(1 - shadow_floor, 1e-6)), np.float32(128)
     for row in range(out.shape[0]):
-        line = sums[top + row].reshape(-1)[4 * left : 4 * (left + out.shape[1])]
-        pixels, result = lab[row].reshape(-1), out[row]
+        line, pixels, result = sums[row].reshape(-1), lab[row].reshape(-1), out[row]
         for col in range(result.size):
             count = line[4 * col + 3]
             share = one / max(count, sure)

@@ -64,10 +64,6 @@ _LEAST_AGREEING = 1 / 3
 
 _STILL = np.eye(3)
 
-_TO_INDEX = np.array([[1, 0, -0.5], [0, 1, -0.5], [0, 0, 1]])
-_FROM_INDEX = np.array([[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]])
-"""From positions to indices of pixels, whose centres are half a pixel on, and back."""
-
 _Pixel = TypeVar('_Pixel', np.uint8, np.float32)
 
 _LEVELS_WORLD, _LEVELS_BODY = range(1, 5), range(3)
@@ -146,8 +142,10 @@ class WorldMotion:
         if min(size) <= 0:
             # OpenCV would take the image's size.
             return np.empty((max(size[1], 0), max(size[0], 0), *image.shape[2:]), image.dtype)
-        matrix = _TO_INDEX @ camera @ _FROM_INDEX
-        matrix[:2] -= np.outer((columns.start, rows.start), matrix[2])
+        # From positions to indices of pixels, whose centres are half a pixel on.
+        left, top = columns.start + 0.5, rows.start + 0.5
+        matrix = np.array([[1, 0, -left], [0, 1, -top], [0, 0, 1]]) @ camera
+        matrix = matrix @ [[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]]
         return np.asarray(
             cv2.warpPerspective(image, matrix, size, flags=interpolation, borderMode=border)
         )

@@ -94,14 +94,19 @@ class Light:
         :param image: (h, w, 3) uint8 BGR.
         :param gray: whether its channels are all the same.
         """
-        rows, columns = (max(size // _CELL, 1) for size in image.shape[:2])
-        cells = shrink(image, (rows, columns))
+        shape = max(image.shape[0] // _CELL, 1), max(image.shape[1] // _CELL, 1)
+        cells = shrink(image, shape)
         self._now = None
-        if np.ptp(cells @ _GRAY) >= LEAST_RANGE:
-            self._coloured |= not gray
-            self.faded = gray and self._coloured
-            self._measure(cells)
-            self._now = self.undone(cells)
+        if np.ptp(cells @ _GRAY) < LEAST_RANGE:
+            return
+        self._coloured |= not gray
+        self.faded = gray and self._coloured
+        if self._known.sums.shape[:2] != shape:
+            known = self._known
+            self._known = known.resized(shape) if known.sums.size else BackgroundModel(shape)
+            self._people = np.zeros(shape, np.bool_)
+        self._measure(cells)
+        self._now = self.undone(cells)
 
     def follow(self, motion: WorldMotion, people: NDArray[np.uint8]) -> None:
         """
@@ -129,11 +134,7 @@ class Light:
 
     def _measure(self, cells: NDArray[np.uint8]) -> None:
         """Measure the light of a frame, (h, w, 3) uint8."""
-        self.wave, shape = None, (cells.shape[0], cells.shape[1])
-        if self._known.sums.shape[:2] != shape:
-            known = self._known
-            self._known = known.resized(shape) if known.sums.size else BackgroundModel(shape)
-            self._people = np.zeros(shape, np.bool_)
+        self.wave = None
         mean, now = self._known.mean, cells.astype(np.float32)
         bright, bright_now = mean @ _GRAY, now @ _GRAY
         if self.faded:
@@ -146,7 +147,7 @@ class Light:
         shade, logs = _log_ratios(bright, bright_now), _log_ratios(mean, now)
         self.wave = _wave_in(shade, use) if self.flickers else None
         if self.wave is not None:
-            along = _along(self.wave, shape[0])[:, None]
+            along = _along(self.wave, len(cells))[:, None]
             shade, logs = shade - along, logs - along[..., None]
         near = use & (np.abs(shade - median(shade[use])) < _ALIKE)
         if np.count_nonzero(near) > _AGREE * np.count_nonzero(use):

@@ -38,8 +38,8 @@ MOTION_GAP = 4
 _LEAST_SHOWN = 0.1
 """Share of the known background below which a frame shows something else."""
 
-_LEVEL, _SPREADS = 6.0, 2.0
-"""Change that is motion: grey levels, and spreads of a still pixel on top."""
+_SPREADS = 4.0
+"""Change that is motion, in spreads of a still pixel."""
 
 _FADE = 0.5
 """What is left of the count of a pixel that looks otherwise although nothing moves there."""
@@ -460,7 +460,7 @@ def moving_pixels(
     if then.size == 0:
         return np.zeros(then.shape, np.uint8)
     change = cv2.blur(cv2.absdiff(gray[window], then), (_SIDE, _SIDE))
-    level = math.floor(_LEVEL + _SPREADS * spread)
+    level = math.floor(_SPREADS * spread)
     _, moving = cv2.threshold(change, level, 1, cv2.THRESH_BINARY)
     return np.asarray(cv2.dilate(moving, np.ones((_SIDE, _SIDE), np.uint8)))
 

@@ -29,8 +29,8 @@ from gait_segmentation.kernels import kernel
 from gait_segmentation.scene.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
 
-_SHADOW_FROM, _SHADOW_TO = 0.60, 0.85
-"""Where down the body cast shadows begin and are full."""
+_SHADOW_FROM = 0.7
+"""Where down the body cast shadows begin."""
 
 _DOUBT = 0.1
 """
@@ -38,14 +38,8 @@ Times a pixel must have been seen for half of the trust: what was just uncovered
 How far the background is misplaced, in pixels, is added, since it may be another pixel then.
 """
 
-_LEAST_COUNT = 1e-3
-"""Background pixels seen less often than this, at the rim of what is known, are unknown."""
-
 _LIMIT = 6.0
 """Largest log-likelihood ratio that colours and background can give."""
-
-_FARTHEST = 18.0
-"""Exponents from which a density counts as nothing."""
 
 
 _EXP = tuple(
@@ -63,8 +57,8 @@ _LOG = tuple(
 
 @njit(nogil=True, fastmath=True, inline='always')
 def _exp_minus(value: np.float32) -> np.float32:
-    """Return exp(-value) of 0..80: a power of two and a polynomial."""
-    power = value * np.float32(-1.44269504)
+    """Return exp(-value) from 0 on, which is never 0: a power of two and a polynomial."""
+    power = min(value, np.float32(40)) * np.float32(-1.44269504)
     whole = np.float32(np.int32(power - np.float32(0.5)))
     x, (a, b, c, d, e, f) = power - whole, _EXP
     part = ((((a * x + b) * x + c) * x + d) * x + e) * x + f
@@ -86,27 +80,24 @@ def _log(value: np.float32) -> np.float32:
     return first + np.float32(exponent) * np.float32(0.69314718)
 
 
-@kernel('f4[:,:,::1], i8, i8, f8, f4[:,:,::1]', fastmath=True, error_model='numpy')
-def widen(
-    sums: NDArray[np.float32], top: int, left: int, share: float, wider: NDArray[np.float32]
-) -> None:
+@kernel('f4[:,:,::1], f8, f4[:,:,::1]', fastmath=True, error_model='numpy')
+def widen(sums: NDArray[np.float32], share: float, wider: NDArray[np.float32]) -> None:
     """
     Add to variances what a misplaced background differs by.
 
     The slopes of what is at the edge of the window or next to what is unknown count as zero.
 
-    :param sums: of the whole image, in which the window begins at ``top`` and ``left``.
+    :param sums: of the window, see :class:`.BackgroundModel`.
     :param share: of the squared slopes that is added.
     :param wider: (2, h, w) float32, of lightness and of chroma.
     """
-    least, one, zero = np.float32(_LEAST_COUNT), np.float32(1), np.float32(0)
+    least, one, zero = np.float32(1e-6), np.float32(1), np.float32(0)
     for row in range(1, wider.shape[1] - 1):
-        lines = sums[top + row - 1], sums[top + row], sums[top + row + 1]
         for col in range(1, wider.shape[2] - 1):
-            up, low = lines[0][left + col], lines[2][left + col]
-            near, far = lines[1][left + col - 1], lines[1][left + col + 1]
+            up, low = sums[row - 1, col], sums[row + 1, col]
+            near, far = sums[row, col - 1], sums[row, col + 1]
             fewest = min(min(up[3], low[3]), min(near[3], far[3]))
-            gain = np.float32(0.25 * share) if fewest >= least else zero
+            gain = np.float32(0.25 * share) if fewest > zero else zero
             above, below = one / max(up[3], least), one / max(low[3], least)
             before, after = one / max(near[3], least), one / max(far[3], least)
             for channel in range(3):
@@ -116,7 +107,7 @@ def widen(
 
 
 @kernel(
-    'u1[:,:,::1], u2[:,::1], f4[:,::1], f4[:,:,::1], i8, i8, f4[:,:,::1], f8, f4[:,::1], '
+    'u1[:,:,::1], u2[:,::1], f4[:,::1], f4[:,:,::1], f4[:,:,::1], f8, f4[:,::1], '
     'f4[:,::1], f4[:,::1], f8, f8, f8, f8, f4[:,::1]',
     fastmath=True,
     error_model='numpy',
@@ -126,8 +117,6 @@ def ratios(
     bins: NDArray[np.uint16],
     rows: NDArray[np.float32],
     sums: NDArray[np.float32],
-    top: int,
-    left: int,
     wider: NDArray[np.float32],
     misplacement: float,
     person: NDArray[np.float32],
@@ -145,7 +134,7 @@ def ratios(
     Row by row and without branches, so that many pixels are done at once: first what is looked
     up, then all that is calculated.
 
-    :param sums: of the whole image, in which the window begins at ``top`` and ``left``.
+    :param sums: of the window, see :class:`.BackgroundModel`.
     :param wider: (2, h, w) float32, by what the variances of lightness and chroma are greater.
     :param misplacement: of the background, in pixels.
     :param strangers: (h, w) float32, probability of any colour of somebody else.
@@ -156,10 +145,8 @@ def ratios(
     peak = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma) ** 1.5)
     flat = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma) / (1 - shadow_floor))
     cast_share, cast_floor = np.float32(shadow_share), np.float32(shadow_floor)
-    most, least = np.float32(trust), np.float32(_LEAST_COUNT)
-    ramp_from, ramp_slope = np.float32(_SHADOW_FROM), np.float32(1 / (_SHADOW_TO - _SHADOW_FROM))
+    most, least, feet = np.float32(trust), np.float32(1e-6), np.float32(_SHADOW_FROM)
     bound = np.float32(_LIMIT)
-    far = np.float32(_FARTHEST)
     width = out.shape[1]
     of_person, of_surroundings = np.empty(width, np.float32), np.empty(width, np.float32)
     for row in range(out.shape[0]):
@@ -169,7 +156,7 @@ def ratios(
             of_surroundings[col] = surroundings[bins[row, col], band]
         wide, wide_chroma = wider[0, row], wider[1, row]
         pixels = lab[row].reshape(-1)
-        line = sums[top + row].reshape(-1)[4 * left : 4 * (left + width)]
+        line = sums[row].reshape(-1)
         down, strange, result = rows[row], strangers[row], out[row]
         for col in range(width):
             count = line[4 * col + 3]
@@ -178,18 +165,16 @@ def ratios(
             d_light = light - base
             d_a = np.float32(pixels[3 * col + 1]) - line[4 * col + 1] * share
             d_b = np.float32(pixels[3 * col + 2]) - line[4 * col + 2] * share
-            chroma = min((d_a * d_a + d_b * d_b) * scale / wide_chroma[col], far)
-            square = min(d_light * d_light * scale / wide[col], far)
-            ramp = min(max((down[col] - ramp_from) * ramp_slope, zero), one)
-            cast = cast_share * ramp if base > one else zero
+            chroma = (d_a * d_a + d_b * d_b) * scale / wide_chroma[col]
+            square = d_light * d_light * scale / wide[col]
+            cast = cast_share if (base > one) & (down[col] > feet) else zero
             shadow = cast * flat if light > cast_floor * base else zero
             # Divided before they are chosen: else the compiler does one pixel at a time.
             shadow = shadow / max(base, one) if light < base else zero
             plain = (one - cast) * peak * _exp_minus(square)
-            plain = plain if square < far else zero
-            seen = (shadow + plain) * _exp_minus(chroma) if chroma < far else zero
+            seen = (shadow + plain) * _exp_minus(chroma)
             # All times (count + doubt), which saves a division.
-            known = most * count if count > least else zero
+            known = most * count
             every = count + doubt
             unknown = (every - known) * of_surroundings[col] + every * strange[col]
             value = _log(every * of_person[col] / (known * seen + unknown))
@@ -215,17 +200,15 @@ def log_ratio(
     :param strangers: (h, w) float32, probability of any colour of somebody else; None: nobody is.
     """
     out = np.empty(rows.shape, np.float32)
-    sums, top, left = background.part(window)
+    sums = np.ascontiguousarray(background.sums[window])
     wider = np.ones((2, *rows.shape), np.float32)
     if background.misplacement:
-        widen(sums, top, left, (background.misplacement / background.sigma) ** 2, wider)
+        widen(sums, (background.misplacement / background.sigma) ** 2, wider)
     ratios(
         lab,
         colour_bins(lab),
         rows,
         sums,
-        top,
-        left,
         wider,
         background.misplacement,
         person.table,
