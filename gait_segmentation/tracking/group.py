@@ -58,7 +58,7 @@ def observe(view: View, tracks: Sequence[Track]) -> Likelihoods:
         for track in tracks:
             track.miss()
         return likelihoods
-    _notice_jolt(view, tracks)
+    _measure_misplacement(view, tracks)
     judged = [(track, track.claim()) for track in tracks]
     present = [(track, claim) for track, claim in judged if claim is not None]
     logits = [claim.logit for _, claim in present]
@@ -122,7 +122,7 @@ def correct(
         view.learn(frame, people, around, gate=config.use_motion_gate)
 
 
-def _notice_jolt(view: View, tracks: Sequence[Track]) -> None:
+def _measure_misplacement(view: View, tracks: Sequence[Track]) -> None:
     """See how far the background is off in the newest frame, beside where people are expected."""
     people = np.zeros(view.shape, np.uint8)
     seen = [track for track in tracks if track.state == TRACKED]
