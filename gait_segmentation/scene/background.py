@@ -112,8 +112,8 @@ class BackgroundModel:
 
     def agreement(
         self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
-    ) -> float | None:
-        """Return the share of what is sure to be there that a frame shows, None if few tell."""
+    ) -> float:
+        """Return the share of what is sure to be there that a frame shows, 1 if few tell."""
         total = other = 0
         for window in windows:
             every = _sampled(window)
@@ -121,7 +121,7 @@ class BackgroundModel:
             strange = self.contradicted(np.ascontiguousarray(lab[every]), every, 1.0)
             total += np.count_nonzero(self.is_sure(every) & free)
             other += np.count_nonzero(strange & free)
-        return 1 - other / total if total >= LEAST_SAMPLES else None
+        return 1 - other / total if total >= LEAST_SAMPLES else 1.0
 
     def is_sure(self, window: Window) -> NDArray[np.bool_]:
         """Return which pixels of a window were seen often enough to be sure, (h, w)."""

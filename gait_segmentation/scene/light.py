@@ -170,36 +170,24 @@ class Light:
         return np.asarray(cv2.multiply(image, every, dtype=cv2.CV_8U))
 
 
-class Contrast:
-    """Spreads the levels of a stream as its first picture needs it, so that models stay valid."""
+def contrast_curve(image: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
+    """
+    Return the curve that spreads the levels of a picture, (256,) uint8, None if it needs none.
 
-    def __init__(self) -> None:
-        """Begin without having seen a picture."""
-        self._curve: NDArray[np.uint8] | None = None
-        self._known = False
+    What lies outside of the levels that count is squeezed, but stays apart: later pictures of the
+    stream may use it.
 
-    def curve_for(self, image: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
-        """
-        Return the curve that spreads the levels of a picture, (256,) uint8, None if it needs none.
-
-        What lies outside of the levels that count is squeezed, but stays apart: later pictures of
-        the stream may use it.
-
-        :param image: (h, w, 3) uint8; only the first one is looked at.
-        """
-        if self._known:
-            return self._curve
-        self._known = True
-        share = np.cumsum(np.bincount(image.reshape(-1), minlength=256)) / image.size
-        low, high = (int(level) for level in np.searchsorted(share, (_LEFT_OUT, 1 - _LEFT_OUT)))
-        wanted = min(_FULL, _MOST * (high - low))
-        if high - low < wanted:
-            # The rest is shared out as it was, so that black stays black and white stays white.
-            bottom = (255 - wanted) * low / (255 - high + low)
-            ends = (0, bottom, bottom + wanted, 255)
-            levels = np.interp(np.arange(256), (0, low, high, 255), ends)
-            self._curve = np.round(levels).astype(np.uint8)
-        return self._curve
+    :param image: (h, w, 3) uint8.
+    """
+    share = np.cumsum(np.bincount(image.reshape(-1), minlength=256)) / image.size
+    low, high = (int(level) for level in np.searchsorted(share, (_LEFT_OUT, 1 - _LEFT_OUT)))
+    wanted = min(_FULL, _MOST * (high - low))
+    if high - low >= wanted:
+        return None
+    # The rest is shared out as it was, so that black stays black and white stays white.
+    bottom = (255 - wanted) * low / (255 - high + low)
+    levels = np.interp(np.arange(256), (0, low, high, 255), (0, bottom, bottom + wanted, 255))
+    return np.round(levels).astype(np.uint8)
 
 
 def _visible(levels: _Floats) -> NDArray[np.bool_]:

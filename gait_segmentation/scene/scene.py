@@ -24,7 +24,7 @@ from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window, shrink
 from gait_segmentation.scene.background import SURE_COUNT, BackgroundModel
 from gait_segmentation.scene.ego_motion import MotionEstimator, WorldMotion
-from gait_segmentation.scene.light import Contrast, Light
+from gait_segmentation.scene.light import Light, contrast_curve
 from gait_segmentation.scene.working import Pyramid, WorkingImage, working_shape
 
 Shift = tuple[float, float]
@@ -109,10 +109,8 @@ class View:
     @property
     def step_s(self) -> float:
         """Return the seconds between the last two frames, 0 at the first."""
-        first, last = (
-            self.frames[index].image.stamp_ns for index in (-min(len(self.frames), 2), -1)
-        )
-        return (last - first) / 1e9
+        stamps = [frame.image.stamp_ns for frame in list(self.frames)[-2:]]
+        return (stamps[-1] - stamps[0]) / 1e9
 
     @property
     def is_late(self) -> bool:
@@ -155,8 +153,7 @@ class View:
         people = np.zeros(self.shape, np.uint8)
         for area in self.areas:
             people[area.slices(self.shape[1], self.shape[0])] = 1
-        share = background.agreement(image.lab, people, windows)
-        return 1.0 if share is None else share
+        return background.agreement(image.lab, people, windows)
 
     def accept(
         self,
@@ -179,8 +176,7 @@ class View:
         frames = [*self.frames, Frame(image, motion, windows, blank)][-1 - MOTION_GAP :]
         self.frames.append(frames[-1])
         if heat is not None and heat.stamp_ns >= frames[0].image.stamp_ns:
-            size = self.shape[::-1]
-            self.now.heat = np.asarray(cv2.resize(heat.values, size))
+            self.now.heat = np.asarray(cv2.resize(heat.values, self.shape[::-1]))
             # It is of the frame that is nearest to its stamp.
             ages = [abs(each.image.stamp_ns - heat.stamp_ns) for each in frames]
             self.now.heat_frames = len(ages) - 1 - ages.index(min(ages))
@@ -344,7 +340,9 @@ class Scene:
         self.stamp_ns = 0
         self._images: dict[tuple[int, int], WorkingImage] = {}
         self.options = SceneOptions()
-        self._light, self._contrast = Light(), Contrast()
+        self._light = Light()
+        self._curves: list[NDArray[np.uint8] | None] = []
+        """How the levels of the stream are spread, as its first picture needs it."""
 
     def gap_s(self, stamp_ns: int) -> float:
         """Return the seconds from the newest frame to a stamp, 0 without a frame."""
@@ -429,15 +427,14 @@ class Scene:
                 self._light.measure(small, gray=colourless)
             small, faded = self._light.undone(small), self._light.faded
         gray = np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY))
-        curve = self._contrast.curve_for(small) if options.contrast else None
-        if curve is not None:
-            # Not of the colours with other levels, which would take three times as long.
-            gray, small = (np.asarray(cv2.LUT(each, curve)) for each in (gray, small))
-        image = WorkingImage(
-            self.stamp_ns, small, gray, Pyramid(gray), options.texture and colourless, faded
-        )
-        self._images[shape] = image
-        return image
+        if options.contrast:
+            self._curves = self._curves or [contrast_curve(small)]
+            if (curve := self._curves[0]) is not None:
+                # Not of the colours with other levels, which would take three times as long.
+                gray, small = (np.asarray(cv2.LUT(each, curve)) for each in (gray, small))
+        textured = options.texture and colourless
+        image = WorkingImage(self.stamp_ns, small, gray, Pyramid(gray), textured, faded)
+        return self._images.setdefault(shape, image)
 
 
 def moving_pixels(
@@ -450,8 +447,7 @@ def moving_pixels(
     """
     Return where something moves against the still world, (h, w) uint8, 1 where it does.
 
-    :param gray: (H, W) uint8 brightness of this frame.
-    :param earlier: (H, W) uint8, that of a frame some frames back.
+    :param gray, earlier: (H, W) uint8, brightness of this frame and one some frames back.
     :param motion: of the still world from then to now.
     :param window: rows and columns to look at.
     :param spread: of a still pixel about its mean, in grey levels.

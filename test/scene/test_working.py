@@ -37,6 +37,16 @@ def test_a_jump_of_the_exposure_is_undone_before_levels_are_spread() -> None:
     assert np.abs(made[1].gray.astype(int) - made[0].gray).mean() < 2
 
 
+def test_the_first_picture_decides_how_levels_are_spread_in_all() -> None:
+    few, many = (
+        np.random.default_rng(0).integers(*ends, (240, 320, 3), np.uint8)
+        for ends in ((60, 120), (0, 256))
+    )
+    spread, plain = shown(few, many, light=False), shown(many, few, light=False)
+    assert not np.array_equal(spread[1].bgr, many)
+    assert np.array_equal(plain[1].bgr, few)
+
+
 @pytest.mark.parametrize('texture', [False, True])
 def test_a_grey_frame_shows_texture_and_tells_that_it_has_lost_its_colours(texture: bool) -> None:
     image = np.random.default_rng(2).integers(0, 255, (40, 60, 3)).astype(np.uint8)
