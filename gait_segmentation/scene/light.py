@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from gait_segmentation.images import median, shrink
 from gait_segmentation.scene.background import LEAST_SAMPLES, BackgroundModel
 from gait_segmentation.scene.ego_motion import WorldMotion
-from gait_segmentation.scene.working import CELL_LEVEL, LEAST_RANGE
+from gait_segmentation.scene.working import CELL_LEVEL, LEAST_RANGE, are_alike
 
 _CELL = 2**CELL_LEVEL
 """Pixels across the cells that are compared."""
@@ -143,6 +143,8 @@ class Light:
         self._strange = _visible(bright) & _visible(bright_now)
         use = self._strange & ~self._people
         if np.count_nonzero(use) < LEAST_SAMPLES:
+            return
+        if not are_alike(bright[use][None], bright_now[use][None]):
             return
         shade, logs = _log_ratios(bright, bright_now), _log_ratios(mean, now)
         self.wave = _wave_in(shade, use) if self.flickers else None

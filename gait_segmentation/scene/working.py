@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -20,8 +21,15 @@ CELL_LEVEL = 3
 LEAST_RANGE = 8
 """Grey levels between the darkest and the brightest cell below which nothing can be seen."""
 
-_ALIKE = 0.5
-"""Correlation of the cells of two pictures from which they may show the same place."""
+_ALIKE = 0.3
+"""Correlation of cells from which they may show the same place, in whatever light."""
+
+_Level = TypeVar('_Level', np.uint8, np.float32)
+
+
+def are_alike(one: NDArray[_Level], other: NDArray[_Level]) -> bool:
+    """Return whether cells of two pictures, (h, w), may be those of the same place."""
+    return float(cv2.matchTemplate(one, other, cv2.TM_CCOEFF_NORMED)[0, 0]) > _ALIKE
 
 
 class Pyramid:
@@ -62,8 +70,7 @@ class Pyramid:
 
     def resembles(self, other: Pyramid) -> bool:
         """Return whether another picture, of the same size, may show the same place."""
-        score = cv2.matchTemplate(self.cells, other.cells, cv2.TM_CCOEFF_NORMED)
-        return float(score[0, 0]) > _ALIKE
+        return are_alike(self.cells, other.cells)
 
 
 @dataclass(frozen=True)
