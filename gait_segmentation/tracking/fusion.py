@@ -146,7 +146,7 @@ class FusionTrack(Track):
             self.shift(gain * shift.dx, gain * shift.dy)
             if self.view.is_late:
                 # The last mask is of an earlier frame: until a newer one comes, this is the size.
-                pose.follow_scale(shift.scale)
+                self.pose = self.pose.scaled(shift.scale)
         self.show(values, visibility, claim)
 
     def enter(self, state: str, reason: str) -> None:
@@ -198,7 +198,7 @@ class FusionTrack(Track):
         # To where the body was in that frame.
         (x, y), (to_x, to_y) = state.displacement, self.displacement
         dx, dy = to_x - x, to_y - y
-        self.pose.shift(-dx, -dy)
+        self.pose = self.pose.shifted(-dx, -dy)
         window, height = self.window, self.pose.height
         whole = self._shows_all(mask)
         if whole:
@@ -213,7 +213,7 @@ class FusionTrack(Track):
             known = self.mask.at(state.displacement, window) | mask[window]
             where[window] = known | cv2.inRange(template[window], 128, 255)
             about = grown(where, height)
-        self.pose.shift(dx, dy)
+        self.pose = self.pose.shifted(dx, dy)
         return (window, *about) if whole or alone else None
 
     def _learn(
@@ -243,9 +243,9 @@ class FusionTrack(Track):
         # A piece of the place that the first mask took along would pull the body to it.
         own = without_parts_apart(mask, template, self.pose.height)
         own_bounds = bounds if own is mask else bounding_box(own)
-        self.pose.fit(own, body, own_bounds)
+        self.pose = self.pose.fitted(own, body, own_bounds)
         if config.use_tilt:
-            self.pose.update_tilt(own, own_bounds)
+            self.pose = self.pose.tilted(own, own_bounds)
         self.appearance.learn(self._signature(mask, frame))
         if self.pose.share_inside(mask.shape) > ALONE:
             self.full = self.mask

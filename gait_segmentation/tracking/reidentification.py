@@ -59,7 +59,7 @@ def reacquire(
         likelihood[taken > 0] = 0
         if _shows(track, claim, likelihood, taken):
             # Who is not where the pace led does not walk at it.
-            track.pose.stand()
+            track.pose = track.pose.standing()
             return likelihood
     track.shift(-dx, -dy)
     return None

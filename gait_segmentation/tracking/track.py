@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import REACH, Box
+from gait_segmentation.geometry import REACH, Box, body_window
 from gait_segmentation.images import Window, size_of
 from gait_segmentation.results import LOST, TRACKED, FeatureWeight, Feedback, TrackResult
 from gait_segmentation.scene.scene import MOST_KEPT, Frame, Shift, View
@@ -70,6 +70,7 @@ class Track(ABC):
         self.seen, self.unoccluded = 1.0, True
         self.lost_s, self.unseen_frames, self.found = 0.0, 0, False
         self._box: Box | None = None
+        self._window: tuple[Pose | None, Window] = None, (slice(0), slice(0))
 
     @property
     def displacement(self) -> Shift:
@@ -99,8 +100,12 @@ class Track(ABC):
 
     @property
     def window(self) -> Window:
-        """Return the rows and columns about the person in the view."""
-        return self.pose.window(self.view.shape)
+        """Return the rows and columns of the view in which pixels are judged."""
+        pose, (height, width) = self.pose, self.view.shape
+        if self._window[0] is not pose:
+            around = body_window(pose.center_x, pose.center_y, pose.height, pose.box)
+            self._window = pose, around.slices(width, height)
+        return self._window[1]
 
     def is_near(self, other: Track) -> bool:
         """Return whether the box about another person comes near to that about this one."""
@@ -156,7 +161,7 @@ class Track(ABC):
 
     def shift(self, dx: float, dy: float) -> None:
         """Move the body in the newest frame."""
-        self.pose.shift(dx, dy)
+        self.pose = self.pose.shifted(dx, dy)
         x, y = self.displacement
         self.states[-1].displacement = (x + dx, y + dy)
 
@@ -182,11 +187,11 @@ class Track(ABC):
         if shift is None:
             shift = world[0] + step[0], world[1] + step[1]
         else:
-            pose.update_velocity(world, shift, seconds)
+            self.pose = pose.with_step(world, shift, seconds)
         self.states.append(State(view.now, self.displacement))
         self.shift(*shift)
         # A velocity that was measured wrongly leads anywhere; who is lost waits at the border.
-        self.shift(*pose.outside_by(view.shape))
+        self.shift(*self.pose.outside_by(view.shape))
 
     def observe(
         self, likelihood: NDArray[np.uint8], claim: PixelClaim, occluder: NDArray[np.uint8] | None

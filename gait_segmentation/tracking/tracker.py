@@ -252,7 +252,7 @@ class PeopleTracker:
         if gap_s > GAP_S:
             self._update_states(gap_s)
             for track in self.tracks():
-                track.pose.stand()
+                track.pose = track.pose.standing()
         silhouettes: dict[int, NDArray[np.uint8]] = {}
         for view in self._views():
             tracks = self.tracks(view)

@@ -175,13 +175,11 @@ def test_who_is_hidden_or_left_walks_on_and_is_waited_for(
     told.start(Figure(60))
     told.show(Figure(60))
     (track,) = told.tracker.tracks()
-    person = track.pose
-    person.shift(60 - person.center_x, 90 - person.center_y)
-    person.height = 100.0
-    person.velocity = pace
+    track.pose = replace(track.pose, center_x=60.0, center_y=90.0, height=100.0, velocity=pace)
     for _ in range(frames):
         told.show(boards=[(0, WIDTH)])
-    assert (person.center_x, person.center_y) == pytest.approx(place, abs=2 * (frames > 3) + 1e-3)
+    found = track.pose.center_x, track.pose.center_y
+    assert found == pytest.approx(place, abs=2 * (frames > 3) + 1e-3)
 
 
 # Input that is no good.
