@@ -33,8 +33,8 @@ from gait_segmentation.tracking.mean_shift import MeanShiftTrack
 from gait_segmentation.tracking.pose import WIDEST
 from gait_segmentation.tracking.track import Track
 
-_SMALLEST, _LARGEST = 0.7, 2.0
-"""Heights, over the working height, of the people who share a view."""
+_MOST_APART = 1.5
+"""Ratio of the scales of people who share a view."""
 
 _SAME_PERSON = 0.4
 """Overlap (intersection over union) from which a box is that of a person already tracked."""
@@ -291,64 +291,40 @@ class PeopleTracker:
 
     def _search(self, scene: Scene, *, at_first: bool) -> list[tuple[Box, bool]]:
         """
-        Remember what the place looks like; return who is found for free slots, see :meth:`_find`.
+        Remember what the place looks like, and look for people for free slots.
 
         Candidates are looked at by the search until they are confirmed.
 
         :param at_first: whether boxes were given before there was anything to remember.
+        :returns: boxes of people found, in source pixels, and whether by their walk or in a map.
         """
-        free = any(track is None or track.state == LOST for track in self._slots)
+        tracked = [track for track in self.tracks() if track.state == TRACKED]
         candidates = [track for track in self.tracks() if track.probation is not None]
-        occupied_all = not (free or candidates) and len(self._slots) == 1
-        if at_first or occupied_all or (self._given and any(self._slots)):
+        free, several = len(tracked) < len(self._slots), len(self._slots) > 1
+        if at_first or not (free or candidates or several) or (self._given and any(self._slots)):
             self._finder.reset()
             return []
-        occupied: list[Box] = []
-        tried: list[Box] = []
-        for track in self.tracks():
-            if track.state == TRACKED:
-                (tried if track in candidates else occupied).append(track.body)
+        boxes: dict[bool, list[Box]] = {False: [], True: []}
+        for track in tracked:
+            # No wider than one body: somebody else may be beside it.
+            x, y, height = track.body.center_x, track.body.center_y, track.body.height
+            width = min(track.body.width, WIDEST * height)
+            boxes[track in candidates].append(Box.from_center(x, y, width, height))
         wanted = bool(free or candidates) and not self._given
+        found = self._finder.update(scene, boxes[False], tried=boxes[True], wanted=wanted)
         heat = self._heat_map
-        heat = heat if free and heat is not None and heat.stamp_ns == self._stamp_ns else None
-        found = self._find(scene, occupied, tried, heat, wanted=wanted)
-        return found if free else []
-
-    def _find(
-        self,
-        scene: Scene,
-        occupied: Sequence[Box],
-        tried: Sequence[Box],
-        heat: HeatMap | None,
-        *,
-        wanted: bool,
-    ) -> list[tuple[Box, bool]]:
-        """
-        Return the boxes of people newly found, and whether by the walk or in a heat map.
-
-        :param occupied: boxes of people known already, in source pixels.
-        :param tried: those of people found by their walk who are still candidates.
-        :param heat: where people are as others see it, if of this frame.
-        :param wanted: whether there is a slot for anybody; if not, what moves is followed only.
-        """
-        # No wider than one body: somebody else may be beside it.
-        taken, doubtful = (
-            [
-                Box.from_center(
-                    box.center_x, box.center_y, min(box.width, WIDEST * box.height), box.height
-                )
-                for box in boxes
-            ]
-            for boxes in (occupied, tried)
-        )
-        walkers = self._finder.update(scene, taken, tried=doubtful, wanted=wanted)
-        found = [(box, True) for box in walkers]
-        if heat is None or not wanted or self._starting.auto_init == 'none':
-            return found
+        if not free:
+            return []
+        walkers = [(box, True) for box in found]
+        if heat is None or heat.stamp_ns != self._stamp_ns or not wanted:
+            return walkers
+        if self._starting.auto_init == 'none':
+            return walkers
         searched = max(1.0, max(scene.source) / self._starting.search_size)
-        least, known = self._starting.least_height * searched, [*occupied, *tried, *walkers]
+        known = [*boxes[False], *boxes[True], *found]
+        least = self._starting.least_height * searched
         shown = self._map_finder.update(heat, scene.source, known, least)
-        return [*found, *((box, False) for box in shown)]
+        return [*walkers, *((box, False) for box in shown)]
 
     def _update_states(self, gap_s: float = 0.0) -> None:
         """Let every track go over to its next state, and free the slots of those that end."""
@@ -403,23 +379,20 @@ class PeopleTracker:
     def _view_for(self, box: Box) -> View:
         """Return a view of the scene in which a person is well seen."""
         assert self._scene is not None
-        source, config = self._scene.source, self._config
-        scale, largest = (
-            working_scale(
-                *source,
-                working_size=config.working_size,
-                person_height=person_height,
-                working_height=config.working_height,
-            )
-            for person_height in (box.height, 1.0)
-        )
+        scale = self._scale_for(self._scene.source, box.height)
         for view in self._views():
-            height = box.height * view.scale / config.working_height
-            if height <= _LARGEST and (view.scale >= largest or height >= _SMALLEST):
+            if 1 / _MOST_APART <= view.scale / scale <= _MOST_APART:
                 return view
-        view = View(source, scale)
+        view = View(self._scene.source, scale)
         self._scene.add(view)
         return view
+
+    def _scale_for(self, source: tuple[int, int], height: float) -> float:
+        """Return the scale at which somebody of a height in source pixels is tracked."""
+        size, working = self._config.working_size, self._config.working_height
+        return working_scale(
+            *source, working_size=size, person_height=height, working_height=working
+        )
 
     def _drop_unused(self) -> None:
         if self._scene is not None:
@@ -446,11 +419,6 @@ class PeopleTracker:
 
     def nobody(self, stamp_ns: int, source: tuple[int, int]) -> TrackResult:
         """Return that nobody is tracked in a frame; ``source`` is (H, W) of the image."""
-        scale = working_scale(
-            *source,
-            working_size=self._config.working_size,
-            person_height=1,
-            working_height=1,
-        )
+        scale = self._scale_for(source, self._config.working_height)
         shape = working_shape(*source, scale)
         return TrackResult(stamp_ns, 0, None, np.zeros(shape, np.uint8), 0.0)
