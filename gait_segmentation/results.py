@@ -50,7 +50,8 @@ class TrackResult:
     ``body`` is the box of the whole body, also of what is hidden or outside of the image: what
     the matcher starts from; if not given, it is the box.  ``angle`` is its tilt in radians,
     positive when the head leans to the right; it is turned by it about its centre.  ``features``
-    are all of the pool, best first, if the likelihood is made of features.
+    are all of the pool, best first, if the likelihood is made of features.  ``reason`` says in
+    words why somebody is lost, or why the last track of an empty slot ended.
     """
 
     stamp_ns: int
@@ -62,6 +63,7 @@ class TrackResult:
     state: str = ''
     body: Box | None = None
     features: tuple[FeatureWeight, ...] = ()
+    reason: str = ''
 
     def __post_init__(self) -> None:
         """Fill in state and body."""

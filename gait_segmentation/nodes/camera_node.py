@@ -113,12 +113,12 @@ class CameraNode(GaitNode):
     def status(self) -> dict[str, str]:
         """Report the track of each slot, and whether heat maps come."""
         tracks = self.tracks if self.stage is not None else ()
-        found = {
-            f'track of {slot_name(slot)}': track.state
-            if track.state == EMPTY
-            else f'{track.track_id} {track.state} {100 * track.confidence:.0f} %'
-            for slot, track in enumerate(tracks)
-        }
+        found = {}
+        for slot, track in enumerate(tracks):
+            known = f'{track.track_id} {track.state} {100 * track.confidence:.0f} %'
+            told = track.state if track.state == EMPTY else known
+            why = f', {track.reason}' if track.reason else ''
+            found[f'track of {slot_name(slot)}'] = told + why
         tracked = sum(track.track_id != 0 for track in tracks)
         maps = {'heat map': 'in use' if self.stage is not None and self.maps.in_use else 'none'}
         return {**super().status(), 'people': str(tracked), **found, **maps}

@@ -263,4 +263,5 @@ class Track(ABC):
             self.state,
             self.body if seen else None,
             self.features if seen else (),
+            self.reason,
         )

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import count
 from typing import Any
 
@@ -78,6 +79,7 @@ class PeopleTracker:
 
     def _forget(self) -> None:
         self._slots = [None] * len(self._slots)
+        self._reasons = [''] * len(self._slots)
         self._scene: Scene | None = None
         self._heat_map: HeatMap | None = None
         self._stamp_ns = 0
@@ -333,9 +335,9 @@ class PeopleTracker:
                 continue
             if track.probation is not None and track.state == TRACKED:
                 track.probation.see(self._finder.evidence(track.body))
-            state, reason = next_state(track, self._stamp_ns, gap_s=gap_s)
+            state, self._reasons[slot] = next_state(track, self._stamp_ns, gap_s=gap_s)
             if state != ENDED:
-                track.enter(state, reason)
+                track.enter(state, self._reasons[slot])
                 if track.probation is not None and track.probation.is_over(self._stamp_ns):
                     track.probation = None
                 continue
@@ -407,9 +409,10 @@ class PeopleTracker:
             likelihoods |= group.observe(view, self.tracks(view))
         self._update_states()
         results = []
-        for track in self._slots:
+        for slot, track in enumerate(self._slots):
             if track is None:
-                results.append(self.nobody(self._stamp_ns, scene.source))
+                nobody = self.nobody(self._stamp_ns, scene.source)
+                results.append(replace(nobody, reason=self._reasons[slot]))
                 continue
             likelihood = likelihoods.get(track.track_id)
             if likelihood is None or track.state == LOST:
