@@ -104,7 +104,7 @@ class Appearance:
         """Go on as if all colours had the same a* and b*, and their own lightness."""
         self._mean, self._last = (_faded(each, chroma) for each in (self._mean, self._last))
 
-    def learn(self, signature: NDArray[np.float32]) -> None:
+    def add(self, signature: NDArray[np.float32]) -> None:
         """Take in the colours of a frame, see :func:`colour_signature`."""
         self._last = signature
         self._mean = self._mean + np.float32(_RATE) * (signature - self._mean)

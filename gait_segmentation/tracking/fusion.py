@@ -233,7 +233,7 @@ class FusionTrack(Track):
         for cue in self.cues:
             noted = state.notes.get(type(cue).__name__)
             if noted is not None:
-                cue.learn(noted[1], mask[noted[0]])
+                cue.calibrate(noted[1], mask[noted[0]])
         background = self.view.background_in(frame, window)
         lab = frame.image.lab_part(window)
         foreground = background.contradicted(lab, window, config.shadow_floor)
@@ -246,7 +246,7 @@ class FusionTrack(Track):
         self.pose = self.pose.fitted(own, body, own_bounds)
         if config.use_tilt:
             self.pose = self.pose.tilted(own, own_bounds)
-        self.appearance.learn(self._signature(mask, frame))
+        self.appearance.add(self._signature(mask, frame))
         if self.pose.share_inside(mask.shape) > ALONE:
             self.full = self.mask
 

@@ -155,9 +155,9 @@ class HeatMapCue(Cue):
         """
         return self._grades.evidence(values, self.weight)
 
-    def learn(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
+    def calibrate(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
         """
-        Learn what the values of the map mean, see :meth:`Cue.learn`.
+        Learn what the values of the map mean, see :meth:`Cue.calibrate`.
 
         From a mask that the map does not agree with nothing is learnt: either may be wrong, and
         what the map meant before is what can tell.

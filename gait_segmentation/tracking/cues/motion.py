@@ -94,8 +94,8 @@ class MotionCue(Cue):
         self.note(given, kinds)
         return evidence
 
-    def learn(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
-        """Count pairs of differences on and beside the person, see :meth:`Cue.learn`."""
+    def calibrate(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
+        """Count pairs of differences on and beside the person, see :meth:`Cue.calibrate`."""
         beside = (cv2.dilate(person, np.ones((3, 3), np.uint8)) == 0).view(np.uint8)
         counts = np.stack([_counted(values, at) for at in (person, beside)])
         if not counts.any(axis=1).all():
