@@ -31,7 +31,7 @@ from gait_segmentation.tracking.cues import CueInput
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
 from gait_segmentation.tracking.cues.motion import MotionCue
 from gait_segmentation.tracking.likelihood import log_ratio
-from gait_segmentation.tracking.masks import grown, without_parts_apart, working_masks
+from gait_segmentation.tracking.masks import grown, working_masks
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.track import WHOLE, State, Track
 from gait_segmentation.tracking.visibility import (
@@ -240,12 +240,9 @@ class FusionTrack(Track):
         known = background.is_sure(window) & (foreground == 0)
         self._learn_colours(lab, window, mask, template, known)
         bounds = bounding_box(mask)
-        # A piece of the place that the first mask took along would pull the body to it.
-        own = without_parts_apart(mask, template, self.pose.height)
-        own_bounds = bounds if own is mask else bounding_box(own)
-        self.pose = self.pose.fitted(own, body, own_bounds)
+        self.pose = self.pose.fitted(mask, body, bounds)
         if config.use_tilt:
-            self.pose = self.pose.tilted(own, own_bounds)
+            self.pose = self.pose.tilted(mask, bounds)
         self.appearance.add(self._signature(mask, frame))
         if self.pose.share_inside(mask.shape) > ALONE:
             self.full = self.mask

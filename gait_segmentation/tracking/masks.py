@@ -8,13 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import REACH
 from gait_segmentation.images import (
     Bounds,
     Window,
     bounding_box,
-    count_likely,
-    distance_from,
     shrink,
 )
 from gait_segmentation.results import Feedback
@@ -56,32 +53,3 @@ def grown(
         slice(max(x - size, 0), min(x + width + size, mask.shape[1])),
     )
     return part, np.asarray(cv2.dilate(mask[part], kernel))
-
-
-def without_parts_apart(
-    mask: NDArray[np.uint8], template: NDArray[np.uint8] | None, height: float
-) -> NDArray[np.uint8]:
-    """
-    Return a mask without the parts that lie mostly apart from the template, if any is near it.
-
-    :param mask: (h, w) uint8 0/255; the same is returned if nothing goes.
-    :param template: (h, w) uint8, above 127 on the body; None if that is not known.
-    :param height: of the body in pixels.
-    """
-    if template is None or not count_likely(template):
-        return mask
-    body = np.asarray(cv2.threshold(template, 127, 255, cv2.THRESH_BINARY)[1])
-    x, y, width, tall = bounding_box(mask | body)
-    part = slice(y, y + tall), slice(x, x + width)
-    count, parts = cv2.connectedComponents(np.ascontiguousarray(mask[part]), connectivity=4)
-    if count <= 2:
-        return mask
-    away = distance_from(body[part] > 0)
-    area = np.bincount(parts.ravel(), minlength=count)
-    near = 2 * np.bincount(parts.ravel(), (away > REACH * height).ravel(), count) <= area
-    near[0] = False
-    if not near.any() or near[1:].all():
-        return mask
-    own = np.zeros_like(mask)
-    own[part] = 255 * near[parts].astype(np.uint8)
-    return own

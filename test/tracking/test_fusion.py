@@ -8,7 +8,7 @@ import pytest
 
 from gait_segmentation.images import placed
 from gait_segmentation.results import Feedback
-from gait_segmentation.tracking.masks import grown, without_parts_apart
+from gait_segmentation.tracking.masks import grown
 from test.tracking.figures import Figure, Told, picture, walk
 
 BOARD = (130, 320)
@@ -75,23 +75,6 @@ def test_a_first_mask_far_too_large_does_not_keep_others_out_for_ever() -> None:
         told.show(figure)
     (track,) = told.tracker.tracks()
     assert track.body.width < figure.box.width + 8
-
-
-def test_parts_apart_from_the_template_tell_nothing_of_the_body() -> None:
-    mask, template = np.zeros((100, 160), np.uint8), np.zeros((100, 160), np.uint8)
-    mask[10:90, 40:60] = template[12:88, 42:58] = 255
-    assert without_parts_apart(mask, template, 80) is mask
-    body = mask.copy()
-    mask[30:60, 62:67] = 255
-    assert without_parts_apart(mask, template, 80) is mask
-    mask[30:60, 62:67] = 0
-    mask[30:60, 120:140] = 255
-    np.testing.assert_array_equal(without_parts_apart(mask, template, 80), body)
-    assert without_parts_apart(mask, None, 80) is mask
-    assert without_parts_apart(mask, np.zeros_like(mask), 80) is mask
-    elsewhere = np.zeros_like(mask)
-    elsewhere[95:, :5] = 255
-    assert without_parts_apart(mask, elsewhere, 80) is mask
 
 
 def test_a_mask_of_who_was_lost_meanwhile_teaches_nothing() -> None:

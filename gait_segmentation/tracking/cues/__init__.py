@@ -4,9 +4,9 @@
 Cues: what tells a person from the surroundings besides colours and background.
 
 A cue is a class in a file of its own, with its memory of one person: :meth:`Cue.evidence` says
-what it makes of the pixels of a frame, and :meth:`Cue.calibrate` takes in what it noted then once the
-mask of the frame has come back.  A new one is named in :class:`.FusionTrack`, and its parameters
-in the configuration.
+what it makes of the pixels of a frame, and :meth:`Cue.calibrate` takes in what it noted then once
+the mask of the frame has come back.  A new one is named in :class:`.FusionTrack`, and its
+parameters in the configuration.
 """
 
 from __future__ import annotations
