@@ -206,7 +206,7 @@ class ColourModel:
         self._used = np.zeros(BINS**3, np.bool_)
         self.table = np.full_like(self._histogram, floor)
 
-    def learn(
+    def accumulate(
         self,
         bins: NDArray[np.uint16],
         rows: NDArray[np.float32],
@@ -244,9 +244,9 @@ class ColourModel:
         if self._used.any():
             nothing = np.zeros((1, 1), np.uint16)
             one = np.ones((1, 1), np.float32)
-            self.learn(nothing, np.zeros((1, 1), np.float32), one, 0.0)
+            self.accumulate(nothing, np.zeros((1, 1), np.float32), one, 0.0)
 
-    def whole(self) -> NDArray[np.float32]:
+    def body_histogram(self) -> NDArray[np.float32]:
         """Return the histogram of the whole body, (BINS^3,) float32 with sum one."""
         whole = self._histogram.sum(axis=1)
         total = float(whole.sum())

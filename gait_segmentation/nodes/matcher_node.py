@@ -79,11 +79,6 @@ class MatcherNode(GaitNode):
         if self.stage is not None:
             self._unsized.clear()
 
-    def forget(self) -> None:
-        """Forget everybody, and what is held back."""
-        super().forget()
-        self._held.clear()
-
     def finish(self) -> None:
         """Publish what the lag holds back."""
         self._publish(self.stage.flush())

@@ -67,11 +67,6 @@ class PipelineNode(CameraNode):
         stages = self.stage.tracker, self.stage.matcher, self.stage.segmenter
         return [(self.stage.tracker, 'starting'), *((each, 'config') for each in stages)]
 
-    def forget(self) -> None:
-        """Forget everybody, and what is held back."""
-        super().forget()
-        self._held.clear()
-
     def finish(self) -> None:
         """Publish what the lag holds back."""
         self._publish(self.stage.flush())
@@ -82,7 +77,7 @@ class PipelineNode(CameraNode):
         results = self.stage.update(image, stamp_ns, learn=False)
         self._held.hold(stamp_ns, (image, frame['image'].header))
         self._publish(results)
-        self.stage.learn()
+        self.stage.apply_feedback()
 
     def process_unusable(self, frame: Parts) -> None:
         """Publish that nobody is seen."""

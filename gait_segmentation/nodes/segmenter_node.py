@@ -65,8 +65,8 @@ class SegmenterNode(GaitNode):
         shape = (image.shape[0], image.shape[1])
         self.enter(stamp_of(header))
         if self._shape not in (None, shape):
-            self.warnings.warn('size', 'the image size changed: starting anew')
-            self.stage.reset()
+            self.warnings.warn('size', 'the image size changed: all tracks are reset')
+            self.drop_tracks()
         self._shape = shape
         slots = range(self.slots)
         likelihoods = [read_mono8(frame[slot_topic(slot, 'likelihood')]) for slot in slots]

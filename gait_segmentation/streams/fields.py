@@ -231,7 +231,7 @@ def read_match(parts: Parts, slot: int) -> MatchResult:
     """
     box = parts[slot_topic(slot, 'matched_box')]
     walk = read_gait(parts[slot_topic(slot, 'gait')])
-    nobody = MatchResult.nobody(stamp_of(box.header), int(box.polygon.id), (0, 0))
+    nobody = MatchResult.empty(stamp_of(box.header), int(box.polygon.id), (0, 0))
     prior = parts.get(slot_topic(slot, 'shape_prior'))
     return dataclasses.replace(
         nobody,

@@ -40,10 +40,6 @@ class ExactJoin:
         self.stale = 0
         """Parts ignored since their stamp had come before."""
 
-        self.reset()
-
-    def reset(self) -> None:
-        """Drop what waits, without counting it."""
         self._entries: dict[int, dict[str, Any]] = {}
         self._given_up: deque[int] = deque(maxlen=10 * self.capacity)
         self._come: set[str] = set()
