@@ -224,10 +224,10 @@ class Pipeline:
             timings_ms['total'] += passed_ms
 
     def _finish(self, matches: Sequence[MatchResult], times: dict[str, float]) -> FrameResult:
-        image, tracks, outside = self._held.take(matches[0].stamp_ns)
+        image, tracks, external = self._held.take(matches[0].stamp_ns)
         started = self._clock()
         likelihoods = [track.likelihood for track in tracks]
-        masks = self.segmenter.update(image, likelihoods, matches, outside=outside)
+        masks = self.segmenter.update(image, likelihoods, matches, external=external)
         seconds = {**times, 'segmentation': self._clock() - started}
         seconds['total'] = sum(seconds.values())
         timings_ms = {name: 1e3 * value for name, value in seconds.items()}

@@ -66,7 +66,7 @@ def test_nobody_gives_empty_results() -> None:
     assert result.track.state == 'empty'
     assert result.match.body is None
     assert not result.segmentation.mask.any()
-    assert result.segmentation.reason == 'nobody is tracked'
+    assert result.segmentation.reason == 'no person is tracked'
     assert not frame.mask.any()
     assert not frame.labels.any()
 

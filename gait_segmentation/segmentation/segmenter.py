@@ -102,7 +102,7 @@ class Segmenter:
         match: MatchResult,
         taken: NDArray[np.uint8] | None = None,
         *,
-        outside: bool = False,
+        external: bool = False,
     ) -> SegmentationResult:
         """
         Segment one frame, which :class:`PeopleSegmenter` has checked.
@@ -111,7 +111,7 @@ class Segmenter:
         :param likelihood: (h, w) uint8, its foreground likelihood image at working size.
         :param match: the matched template of that frame.
         :param taken: (H, W) uint8, non-zero where pixels belong to another person, if any.
-        :param outside: whether the likelihood comes from outside, not from the tracker.
+        :param external: whether the likelihood does not come from the tracker.
         """
         if match.track_id != self._track_id:
             self._start_track(match.track_id)
@@ -142,7 +142,7 @@ class Segmenter:
             values[shrink(taken[crop], values.shape) > 127] = 0
         lab = cv2.cvtColor(shrink(source, values.shape), cv2.COLOR_BGR2Lab)
         # A map of one value has nothing to calibrate.
-        learns = (outside or config.outside) and config.use_colours
+        learns = (external or config.external_likelihood) and config.use_colours
         learns = learns and says_something(values)
         evidence = self._calibrated(values) if learns else values
         prior, place = full_prior[window], body.shifted(-window[1].start, -window[0].start)
@@ -234,7 +234,7 @@ class Segmenter:
                 depth=config.paper_depth,
                 orientation=config.paper_orientation,
                 search=config.paper_search,
-                unconfirmed=config.paper_unconfirmed,
+                unconfirmed=config.paper_edge_factor,
                 strongest=config.contrast + config.paper_weight,
             )
             return (None, None) if found is None else found
@@ -367,7 +367,7 @@ class PeopleSegmenter:
         likelihoods: Sequence[NDArray[np.uint8]],
         matches: Sequence[MatchResult],
         *,
-        outside: bool = False,
+        external: bool = False,
     ) -> PeopleMasks:
         """
         Segment one frame.
@@ -375,7 +375,7 @@ class PeopleSegmenter:
         :param image: (H, W, 3) uint8 BGR, the source frame with the stamp of the matches.
         :param likelihoods: (h, w) uint8, the foreground likelihood image of each slot.
         :param matches: the matched template of each slot.
-        :param outside: whether the likelihoods come from outside, not from the tracker.
+        :param external: whether the likelihoods do not come from the tracker.
         :raises InputError: if shapes or types do not fit, or a body makes no sense.
         """
         check_image(image)
@@ -403,7 +403,7 @@ class PeopleSegmenter:
             if match.body is not None:
                 check_body(match.body, (image.shape[1], image.shape[0]))
         tasks = [
-            functools.partial(self._cut_out, group, image, likelihoods, matches, outside=outside)
+            functools.partial(self._cut_out, group, image, likelihoods, matches, external=external)
             for group in _groups(matches)
         ]
         found = {slot: each for part in self._pool.run(tasks) for slot, each in part.items()}
@@ -423,7 +423,7 @@ class PeopleSegmenter:
         likelihoods: Sequence[NDArray[np.uint8]],
         matches: Sequence[MatchResult],
         *,
-        outside: bool,
+        external: bool,
     ) -> dict[int, SegmentationResult]:
         """Cut out slots one after the other; what those before have got is taken."""
         found: dict[int, SegmentationResult] = {}
@@ -431,7 +431,7 @@ class PeopleSegmenter:
             masks = [each.mask for other, each in found.items() if _touch(matches, slot, other)]
             taken = functools.reduce(np.bitwise_or, masks) if masks else None
             found[slot] = self._slots[slot].segment(
-                image, likelihoods[slot], matches[slot], taken, outside=outside
+                image, likelihoods[slot], matches[slot], taken, external=external
             )
         return found
 

@@ -119,7 +119,7 @@ class FusionTrack(Track):
         template = strangers = None
         if self.template is not None:
             template = self.template.at(self.displacement, window)
-            strangers = np.float32(config.stranger_density) * beyond(away, pose.height)
+            strangers = np.float32(config.foreground_density) * beyond(away, pose.height)
         logit = log_ratio(
             lab,
             pose.rows(window),

@@ -100,15 +100,15 @@ def test_the_prior_fills_what_the_likelihood_lost() -> None:
 
 
 @pytest.mark.parametrize('value', [0, 255])
-@pytest.mark.parametrize('outside', [False, True])
+@pytest.mark.parametrize('external', [False, True])
 @pytest.mark.parametrize('prior', ['none', 'default', 'paper'])
 def test_a_likelihood_that_says_nothing_gives_a_mask_or_a_reason(
-    value: int, outside: bool, prior: str
+    value: int, external: bool, prior: str
 ) -> None:
     segmenter = Segmenter(SegmentationConfig(prior=prior))
-    segmenter.segment(picture(), spoilt(), match(), outside=outside)
+    segmenter.segment(picture(), spoilt(), match(), external=external)
     likelihood = np.full(SHAPE, value, np.uint8)
-    result = segmenter.segment(picture(), likelihood, match(stamp=2), outside=outside)
+    result = segmenter.segment(picture(), likelihood, match(stamp=2), external=external)
     assert result.mask.any() == (result.reason == '')
     assert value or not result.mask.any()
 
@@ -116,7 +116,7 @@ def test_a_likelihood_that_says_nothing_gives_a_mask_or_a_reason(
 @pytest.mark.parametrize(
     ('changes', 'reason'),
     [
-        ({'body': None, 'track_id': 0}, 'nobody is tracked'),
+        ({'body': None, 'track_id': 0}, 'no person is tracked'),
         ({'body': None}, 'the person is hidden or gone'),
         ({'body': BodyFrame(900, 900, 100)}, 'the person is outside of the image'),
     ],
@@ -199,10 +199,10 @@ def spoilt() -> np.ndarray:
 def test_colours_mend_a_likelihood_from_outside() -> None:
     truth, template = person(), match(np.roll(person(), 8, 1))
     plain = Segmenter().segment(picture(), spoilt(), template)
-    mended = Segmenter().segment(picture(), spoilt(), template, outside=True)
-    told = Segmenter(SegmentationConfig(outside=True)).segment(picture(), spoilt(), template)
+    mended = Segmenter().segment(picture(), spoilt(), template, external=True)
+    told = Segmenter(SegmentationConfig(external_likelihood=True)).segment(picture(), spoilt(), template)
     without = SegmentationConfig(use_colours=False)
-    off = Segmenter(without).segment(picture(), spoilt(), template, outside=True)
+    off = Segmenter(without).segment(picture(), spoilt(), template, external=True)
     assert iou(mended.mask, truth) > iou(plain.mask, truth)
     np.testing.assert_array_equal(told.mask, mended.mask)
     np.testing.assert_array_equal(off.mask, plain.mask)
@@ -211,9 +211,9 @@ def test_colours_mend_a_likelihood_from_outside() -> None:
 def test_a_timid_likelihood_from_outside_is_learnt_to_mean_the_person() -> None:
     segmenter, truth = Segmenter(), person()
     for stamp in range(1, 6):
-        segmenter.segment(picture(), spoilt(), match(stamp=stamp), outside=True)
+        segmenter.segment(picture(), spoilt(), match(stamp=stamp), external=True)
     timid = np.where(truth > 0, 90, 0).astype(np.uint8)
-    found = segmenter.segment(picture(), timid, match(stamp=6), outside=True)
+    found = segmenter.segment(picture(), timid, match(stamp=6), external=True)
     assert iou(found.mask, truth) > 0.9
     unlearnt = Segmenter(SegmentationConfig(prior='none'))
     assert not unlearnt.segment(picture(), timid, match()).mask.any()
