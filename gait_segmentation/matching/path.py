@@ -18,7 +18,7 @@ from gait_segmentation.matching.placements import SearchRange
 from gait_segmentation.matching.viterbi import FLOOR, advance, shifted, step_back
 
 _RATE_SPAN = 0.5
-"""Seconds of path from which on its own rate is believed."""
+"""Seconds of path from which on its own rate is trusted."""
 WIDEST = math.radians(46.0)
 """Views farther apart are no neighbours, and have nothing between them."""
 _MOST_FRAMES = 64

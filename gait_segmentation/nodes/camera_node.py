@@ -94,7 +94,7 @@ class CameraNode(GaitNode):
         self.tracks = ()
         self._expect_maps()
 
-    def drop_requests(self) -> None:
+    def stand_by(self) -> None:
         """Drop the boxes that wait for the next frame."""
         self.intake.drop_requests()
 

@@ -67,6 +67,10 @@ class DetectorNode(GaitNode):
     def drop_tracks(self) -> None:
         """Go on: the network has no tracks."""
 
+    def stand_by(self) -> None:
+        """End the network's process; the next image starts it again."""
+        self.stage.close()
+
     def status(self) -> dict[str, str]:
         """Report which network runs."""
         return {**super().status(), 'detector': 'mediapipe'}

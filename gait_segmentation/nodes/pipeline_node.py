@@ -37,7 +37,7 @@ class PipelineNode(CameraNode):
     """
     Track people in the images of a camera and cut them out, all in one process.
 
-    Reads image and init_roi (a box of somebody to track); publishes mask, labels, and what
+    Reads image and init_roi (a box of a person to track); publishes mask, labels, and what
     gait_tracker, gait_matcher and gait_segmenter publish.
     """
 
@@ -80,7 +80,7 @@ class PipelineNode(CameraNode):
         self.stage.apply_feedback()
 
     def process_unusable(self, frame: Parts) -> None:
-        """Publish that nobody is seen."""
+        """Publish empty results."""
         shape, header = self.shape_of(frame), frame['image'].header
         self._segmentation.blank(shape, header)
         for outputs in (self._track, self._match):

@@ -28,7 +28,7 @@ class SegmenterNode(GaitNode):
     Cut people out of the images of a camera, with what gait_tracker and gait_matcher found.
 
     Reads image, person_K/likelihood, person_K/matched_box, person_K/shape_prior and
-    person_K/gait; publishes mask (everybody), labels (who is where) and person_K/mask.
+    person_K/gait; publishes mask (of all people), labels (which is whose) and person_K/mask.
     """
 
     name = 'gait_segmenter'

@@ -55,7 +55,7 @@ which nothing is learnt of a frame.
 """
 
 _STEP = 2
-"""Every how many pixels are looked at to learn and to rank."""
+"""Step of the pixels that are used to learn and to rank."""
 
 
 @dataclass(frozen=True)

@@ -170,8 +170,8 @@ class GaitNode(LifecycleNode):
         self.finish()
         self.stage.reset()
 
-    def drop_requests(self) -> None:
-        """Drop what was asked for and waits for the next frame (worker)."""
+    def stand_by(self) -> None:
+        """Let go of what waits for the next frame (worker)."""
 
     def time_was_reset(self) -> None:
         """Do what is to be done once tracks were dropped since stamps went back (worker)."""
@@ -239,9 +239,9 @@ class GaitNode(LifecycleNode):
             self.time_was_reset()
 
     def reset(self) -> None:
-        """Drop all tracks and requests, and let any stamp follow (worker)."""
+        """Drop all tracks and what waits for the next frame; any stamp may follow (worker)."""
         self.drop_tracks()
-        self.drop_requests()
+        self.stand_by()
         self._stamps = Stamps()
 
     def later(self, call: Callable[[], None], kind: str = '', most: int = 1) -> int:

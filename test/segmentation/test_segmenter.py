@@ -200,7 +200,9 @@ def test_colours_mend_a_likelihood_from_outside() -> None:
     truth, template = person(), match(np.roll(person(), 8, 1))
     plain = Segmenter().segment(picture(), spoilt(), template)
     mended = Segmenter().segment(picture(), spoilt(), template, external=True)
-    told = Segmenter(SegmentationConfig(external_likelihood=True)).segment(picture(), spoilt(), template)
+    told = Segmenter(SegmentationConfig(external_likelihood=True)).segment(
+        picture(), spoilt(), template
+    )
     without = SegmentationConfig(use_colours=False)
     off = Segmenter(without).segment(picture(), spoilt(), template, external=True)
     assert iou(mended.mask, truth) > iou(plain.mask, truth)
