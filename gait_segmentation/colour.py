@@ -10,7 +10,7 @@ tails of its neighbours.  (After the object and background densities of Collins 
 
 In a grey image only the brightness would tell a person from the surroundings.  There the local
 energy of the gradient, across and down (:func:`gray_lab`), stands where a colour image has a* and
-b*: even cloth is distinguished from a wall of the same brightness that has a texture.  (Shape-texture
+b*: even cloth differs from a wall of the same brightness that has a texture.  (Shape-texture
 beside colour after Wang and Yagi, IEEE Transactions on Image Processing 17(2), 2008.)
 """
 

@@ -186,7 +186,8 @@ def test_topics_that_nobody_publishes_are_named_with_who_should() -> None:
     graph = Graph(person_0__box=('gait_tracker', 'x'))
     topics = ('person_0/box', 'person_0/likelihood')
     assert unpublished(graph, topics, 'gait_tracker') == (
-        'nothing to do: no node publishes /person_0/likelihood; is gait_tracker running and active?'
+        'nothing to do: no node publishes /person_0/likelihood; is gait_tracker running and '
+        'active?'
     )
     assert unpublished(graph, topics[:1], 'gait_tracker') == ''
     assert unpublished(graph, ['door/box'], 'gait_tracker') == ''
