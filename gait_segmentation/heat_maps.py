@@ -18,7 +18,7 @@ _MOST_KEPT = 16
 """Maps kept whose frames have not come."""
 
 _BIN_WIDTH = 16
-"""Values of a map that are taken for one grade."""
+"""Values of a map in one bin."""
 
 _RATE = 0.1
 """Least share by which the shares move towards the newest mask."""

@@ -350,17 +350,21 @@ class Localizer:
         """Return yaw and its error: gait and motion, each weighed by how sure it is."""
         right = np.array([away[1], -away[0]])
         across, along = math.cos(azimuth) * right, math.sin(azimuth) * away
-        ways = [across + along, across - along]
+        headings = [across + along, across - along]
         weight = 1 / math.radians(self.config.gait_error) ** 2
         speed = 0.0 if motion is None else math.hypot(*motion.velocity)
         if motion is None or speed == 0:
-            return math.atan2(ways[0][1], ways[0][0]), 1 / math.sqrt(weight)
+            return math.atan2(headings[0][1], headings[0][0]), 1 / math.sqrt(weight)
         ahead = motion.velocity / speed
         sideways = np.array([-ahead[1], ahead[0]])
         by_motion = speed**2 / (sideways @ motion.covariance @ sideways)
         # From the front and from behind silhouettes are alike: which it is the motion says.
-        way = max(ways, key=lambda each: float(each @ ahead)) if by_motion > weight else ways[0]
-        joint = weight * way + by_motion * ahead
+        heading = (
+            max(headings, key=lambda each: float(each @ ahead))
+            if by_motion > weight
+            else headings[0]
+        )
+        joint = weight * heading + by_motion * ahead
         return math.atan2(joint[1], joint[0]), 1 / math.sqrt(weight + by_motion)
 
 

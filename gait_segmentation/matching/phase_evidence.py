@@ -173,8 +173,8 @@ class FineEvidence:
         result = np.full(shape, -np.inf)
         seen = values[:0] if seen is None else seen
         weights = 4 * np.square(HEIGHTS)
-        given = values, seen, levels, self._part, wanted
-        _compare(self._templates, self._squares, *given, weights, result)
+        fixed = values, seen, levels, self._part, wanted
+        _compare(self._templates, self._squares, *fixed, weights, result)
         return result
 
     def _choose(self, views: tuple[int, ...]) -> None:

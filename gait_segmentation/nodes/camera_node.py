@@ -35,7 +35,7 @@ class CameraNode(GaitNode):
     A node that tracks people in the images of a camera.
 
     Derived classes make the stage and call :meth:`make_intake`; their :meth:`process` begins with
-    :meth:`taken`.
+    :meth:`take_image`.
     """
 
     groups: ClassVar[Sequence[tuple[str, type[StageConfig]]]] = (
@@ -66,7 +66,7 @@ class CameraNode(GaitNode):
             initial_stamp_ns=start.initial_box_stamp,
         )
 
-    def taken(self, frame: Parts) -> tuple[NDArray[np.uint8], int]:
+    def take_image(self, frame: Parts) -> tuple[NDArray[np.uint8], int]:
         """
         Decode a frame and start the tracks that are to begin with it (worker).
 

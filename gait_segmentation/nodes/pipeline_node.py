@@ -73,7 +73,7 @@ class PipelineNode(CameraNode):
 
     def process(self, frame: Parts) -> None:
         """Run a frame through all stages."""
-        image, stamp_ns = self.taken(frame)
+        image, stamp_ns = self.take_image(frame)
         results = self.stage.update(image, stamp_ns, learn=False)
         self._held.hold(stamp_ns, (image, frame['image'].header))
         self._publish(results)

@@ -68,7 +68,7 @@ class TrackerNode(CameraNode):
 
     def process(self, frame: Parts) -> None:
         """Track a frame."""
-        image, stamp_ns = self.taken(frame)
+        image, stamp_ns = self.take_image(frame)
         header = frame['image'].header
         tracks = self.stage.update(image, stamp_ns)
         self.tracks = tracks

@@ -100,7 +100,7 @@ class Segmenter:
         image: NDArray[np.uint8],
         likelihood: NDArray[np.uint8],
         match: MatchResult,
-        taken: NDArray[np.uint8] | None = None,
+        occluded: NDArray[np.uint8] | None = None,
         *,
         external: bool = False,
     ) -> SegmentationResult:
@@ -110,7 +110,7 @@ class Segmenter:
         :param image: (H, W, 3) uint8 BGR, the source frame with the stamp of ``match``.
         :param likelihood: (h, w) uint8, its foreground likelihood image at working size.
         :param match: the matched template of that frame.
-        :param taken: (H, W) uint8, non-zero where pixels belong to another person, if any.
+        :param occluded: (H, W) uint8, non-zero where a nearer person occludes this one.
         :param external: whether the likelihood does not come from the tracker.
         """
         if match.track_id != self._track_id:
@@ -137,9 +137,9 @@ class Segmenter:
         crop = rows, columns
         # What is finer than the outline is cut is scaled down once, and all work on that.
         source = finest(image[crop], values.shape)
-        if taken is not None:
+        if occluded is not None:
             values = values.copy()
-            values[shrink(taken[crop], values.shape) > 127] = 0
+            values[shrink(occluded[crop], values.shape) > 127] = 0
         lab = cv2.cvtColor(shrink(source, values.shape), cv2.COLOR_BGR2Lab)
         # A map of one value has nothing to calibrate.
         learns = (external or config.external_likelihood) and config.use_colours
@@ -172,8 +172,8 @@ class Segmenter:
         mask = np.zeros((height, width), np.uint8)
         part = mask[crop]
         np.multiply(upsample(labels, part.shape).view(np.uint8), np.uint8(255), out=part)
-        if taken is not None:
-            part[taken[crop] > 0] = 0
+        if occluded is not None:
+            part[occluded[crop] > 0] = 0
         if not part.any():
             # Of so little that none of it is left at full resolution, or off those before.
             return self._empty(image, match, _NOBODY)
@@ -425,13 +425,13 @@ class PeopleSegmenter:
         *,
         external: bool,
     ) -> dict[int, SegmentationResult]:
-        """Cut out slots one after the other; what those before have got is taken."""
+        """Cut out slots one after the other; those before occlude the others."""
         found: dict[int, SegmentationResult] = {}
         for slot in group:
             masks = [each.mask for other, each in found.items() if _touch(matches, slot, other)]
-            taken = functools.reduce(np.bitwise_or, masks) if masks else None
+            occluded = functools.reduce(np.bitwise_or, masks) if masks else None
             found[slot] = self._slots[slot].segment(
-                image, likelihoods[slot], matches[slot], taken, external=external
+                image, likelihoods[slot], matches[slot], occluded, external=external
             )
         return found
 
