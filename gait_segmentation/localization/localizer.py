@@ -359,11 +359,9 @@ class Localizer:
         sideways = np.array([-ahead[1], ahead[0]])
         by_motion = speed**2 / (sideways @ motion.covariance @ sideways)
         # From the front and from behind silhouettes are alike: which it is the motion says.
-        heading = (
-            max(headings, key=lambda each: float(each @ ahead))
-            if by_motion > weight
-            else headings[0]
-        )
+        heading = headings[0]
+        if by_motion > weight:
+            heading = max(headings, key=lambda each: float(each @ ahead))
         joint = weight * heading + by_motion * ahead
         return math.atan2(joint[1], joint[0]), 1 / math.sqrt(weight + by_motion)
 
