@@ -280,7 +280,7 @@ class Scene:
         bands = np.clip((self.rows * np.float32(BANDS)).astype(np.intp), 0, BANDS - 1)
         found = []
         for model, weight in zip(self.models, (person, rest), strict=True):
-            model.learn(self.bins, self.rows, weight, 1.0)
+            model.accumulate(self.bins, self.rows, weight, 1.0)
             found.append(np.log(model.table[self.bins, bands]))
         return np.clip(found[0] - found[1], -_LIMIT, _LIMIT)
 

@@ -119,7 +119,7 @@ class FusionTrack(Track):
         template = strangers = None
         if self.template is not None:
             template = self.template.at(self.displacement, window)
-            strangers = np.float32(config.stranger_density) * beyond(away, pose.height)
+            strangers = np.float32(config.foreground_density) * beyond(away, pose.height)
         logit = log_ratio(
             lab,
             pose.rows(window),
@@ -274,8 +274,8 @@ class FusionTrack(Track):
         if body.any():
             inside &= distance_from(body) < GUARD * self.pose.height
         inside &= body | ~known
-        self.colours.learn(bins, rows, inside, self.config.person_colour_rate)
-        self.surroundings.learn(bins, rows, outside, self.config.colour_rate)
+        self.colours.accumulate(bins, rows, inside, self.config.person_colour_rate)
+        self.surroundings.accumulate(bins, rows, outside, self.config.colour_rate)
 
     def _learn_first_colours(self, votes: NDArray[np.float32]) -> None:
         """
@@ -288,9 +288,9 @@ class FusionTrack(Track):
         window = self.window
         bins, rows = colour_bins(self.view.now.image.lab_part(window)), self.pose.rows(window)
         inside = np.ascontiguousarray(votes[window])
-        self.colours.learn(bins, rows, inside, 1.0)
+        self.colours.accumulate(bins, rows, inside, 1.0)
         outside = cv2.erode(1 - inside, np.ones((3, 3), np.uint8))
-        self.surroundings.learn(bins, rows, outside, 1.0)
+        self.surroundings.accumulate(bins, rows, outside, 1.0)
 
     def _signature(self, mask: NDArray[np.uint8], frame: Frame) -> NDArray[np.float32]:
         """Return what the person looks like in a mask of a frame, see ``colour_signature``."""

@@ -62,7 +62,7 @@ def observe(view: View, tracks: Sequence[Track]) -> Likelihoods:
     judged = [(track, track.claim()) for track in tracks]
     present = [(track, claim) for track, claim in judged if claim is not None]
     logits = [claim.logit for _, claim in present]
-    if all(track.config.use_competition for track in tracks):
+    if all(track.config.use_association for track in tracks):
         logits = associate([claim for _, claim in present])
     masks: list[Place] = []
     for (track, claim), logit in zip(present, logits, strict=True):

@@ -115,7 +115,7 @@ class MeanShiftTrack(Track):
         if self.features:
             person &= self._selector.log_ratio(pixels) >= 0
         labels[person] = 1
-        self._selector.learn(pixels, labels)
+        self._selector.rank(pixels, labels)
         self.features = self._selector.features
 
 

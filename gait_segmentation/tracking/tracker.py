@@ -118,7 +118,7 @@ class PeopleTracker:
         if waiting:
             self._boxes = []
             self._given = False
-            self._heat_maps.clear()
+            self._heat_maps = HeatMaps()
 
     def initialize(self, box: Box) -> None:
         """

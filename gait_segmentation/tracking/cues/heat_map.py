@@ -4,7 +4,7 @@
 The cue from a heat map: what its values mean for one person, learnt from where they were.
 
 A heat map's own numbers are not believed: networks are overconfident, and a map may be inverted,
-shifted, late or of another camera.  What they mean is learnt, see :class:`Grades`.
+shifted, late or of another camera.  What they mean is learnt, see :class:`MapCalibration`.
 
 How far a map is off is where it correlates best with what all else says of the pixels, in the
 mean over some frames, and how well it does there is how much it counts.  One that has nothing to
@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.heat_maps import Grades
+from gait_segmentation.heat_maps import MapCalibration
 from gait_segmentation.images import Window, shifted_part, size_of
 from gait_segmentation.scene.scene import Shift
 from gait_segmentation.tracking.cues import Cue, CueInput
@@ -59,7 +59,7 @@ class HeatMapCue(Cue):
     """What the values of a heat map say of one person."""
 
     def __init__(self) -> None:
-        self._grades = Grades(_FLOOR)
+        self._grades = MapCalibration(_FLOOR)
         self._fit: NDArray[np.float64] | None = None
         self._off: Shift = (0.0, 0.0)
         self._agrees = True
@@ -75,7 +75,7 @@ class HeatMapCue(Cue):
         """
         inside = np.zeros(heat.shape, np.uint8)
         inside[box.slices(heat.shape[1], heat.shape[0])] = 1
-        within, other = Grades.count(self.part(heat, window), inside[window])
+        within, other = MapCalibration.count(self.part(heat, window), inside[window])
         person = np.maximum(within - (1 - _FILLED) * other, 0)
         if person.any() and other.any():
             self._grades.shares = np.stack([person / person.sum(), other])
@@ -163,7 +163,7 @@ class HeatMapCue(Cue):
         what the map meant before is what can tell.
         """
         if self._agrees:
-            self._grades.learn(values, person)
+            self._grades.add_mask(values, person)
 
 
 def _reduced(
