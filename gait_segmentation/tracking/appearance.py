@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-What a person looks like, coarsely: to tell whether somebody found again is the same.
+What a person looks like, coarsely: to tell whether a person found again is the same.
 
 Histograms of colour in three bands of the body (head, trunk, legs), compared by the
 Bhattacharyya coefficient.  They are far coarser than those of the likelihood, which must tell a
@@ -117,9 +117,9 @@ class Appearance:
         """
         Return whether colours are those of the person, as usual or as they were last.
 
-        Somebody who has walked into other light since the track began looks more like the last
+        A person who has walked into other light since the track began looks more like the last
         masks than like the mean.  These count only as far as they are like the mean themselves:
-        they may be of somebody else who was taken for the person.
+        they may be of another person who was taken for the person.
         """
         if self.similarity(look) >= SAME_COLOURS:
             return True

@@ -47,7 +47,7 @@ class TrackingConfig(StageConfig):
     heat_map_age: float = parameter(
         0.2,
         'Age up to which the newest heat map counts where a frame has none of its own; it is '
-        'carried along with people.',
+        'moved along with people.',
         unit='s',
         minimum=0.0,
         maximum=2.0,

@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.geometry import BodyFrame, body_window
 from gait_segmentation.images import (
+    Bounds,
     Window,
     bounding_box,
     count_likely,
     distance_from,
     placed,
     shifted_part,
+    shrink,
     size_of,
 )
 from gait_segmentation.results import LOST, TRACKED, Feedback
@@ -31,7 +33,6 @@ from gait_segmentation.tracking.cues import CueInput
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
 from gait_segmentation.tracking.cues.motion import MotionCue
 from gait_segmentation.tracking.likelihood import log_ratio
-from gait_segmentation.tracking.masks import grown, working_masks
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.track import WHOLE, State, Track
 from gait_segmentation.tracking.visibility import (
@@ -52,6 +53,10 @@ _MOST_SEEN = 4.0
 """Size of a mask, over that of the template, from which it is of more than the person."""
 
 
+_MARGIN = 0.02
+"""How far a mask may be off, in body heights: so far about it no background is learnt."""
+
+
 class Silhouette(NamedTuple):
     """A mask or template, (h, w) uint8 of the view, and where the body was in its frame."""
 
@@ -59,7 +64,7 @@ class Silhouette(NamedTuple):
     displacement: Shift
 
     def at(self, displacement: Shift, window: Window) -> NDArray[np.uint8]:
-        """Return a window of it, carried along with the body; it may be a part of the image."""
+        """Return a window of it, moved along with the body; it may be a part of the image."""
         (x, y), (to_x, to_y) = self.displacement, displacement
         return shifted_part(self.image, round(to_x - x), round(to_y - y), window)
 
@@ -100,12 +105,12 @@ class FusionTrack(Track):
         self.appearance = Appearance(self._signature(start.mask, view.now))
 
     def expected_mask(self) -> NDArray[np.uint8]:
-        """Return the last mask, carried along with the body."""
+        """Return the last mask, moved along with the body."""
         mask = self.full if self.state == LOST else self.mask
         return mask.at(self.displacement, self.window)
 
     def silhouette(self) -> NDArray[np.uint8]:
-        """Return what was seen of the person last, carried along with the body."""
+        """Return what was seen of the person last, moved along with the body."""
         return self.visible.at(self.displacement, self.window)
 
     def claim(self) -> PixelClaim | None:
@@ -156,7 +161,7 @@ class FusionTrack(Track):
             self.template = None
 
     def find(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:
-        """Take in that somebody lost is seen where the expected mask is, and follow that."""
+        """Take in that a lost person is seen where the expected mask is, and follow that."""
         expected = placed(claim.mask, claim.window, self.view.shape)
         self.mask = self.visible = Silhouette(expected, self.displacement)
         super().find(values, visibility, claim)
@@ -186,7 +191,7 @@ class FusionTrack(Track):
         """
         Learn from the mask of a frame; see :meth:`Track.correct`.
 
-        Nothing is learnt of colours, size and look from a mask that shows only part of somebody
+        Nothing is learnt of colours, size and look from a mask that shows only part of a person
         who is not at the border, but the person is followed by that part.
         """
         if feedback is None or self.state == LOST:
@@ -313,3 +318,38 @@ class FusionTrack(Track):
         """Return whether a mask is of the size of a person, beside the template."""
         area, expected = cv2.countNonZero(mask[self.window]), count_likely(template[self.window])
         return max(LEAST_SEEN * expected, 9) < area < _MOST_SEEN * max(expected, 9)
+
+
+def working_masks(
+    feedback: Feedback, shape: tuple[int, int]
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Return mask (0/255) and template at working size, (h, w) uint8, for the tracker alone."""
+    mask, prior = feedback.mask, feedback.shape_prior
+    # They are kept, and who else has them may draw on them.
+    if mask.shape == shape:
+        mask = mask.copy()
+    else:
+        mask = np.asarray(cv2.threshold(shrink(mask, shape), 127, 255, cv2.THRESH_BINARY)[1])
+    if prior.shape == shape:
+        return mask, prior.copy()
+    return mask, np.asarray(cv2.resize(prior, shape[::-1], interpolation=cv2.INTER_LINEAR))
+
+
+def grown(
+    mask: NDArray[np.uint8], height: float, bounds: Bounds | None = None
+) -> tuple[Window, NDArray[np.uint8]]:
+    """
+    Return a mask with a margin, where the person may be: a window and what is in it.
+
+    :param mask: (h, w) uint8.
+    :param height: of the body in pixels.
+    :param bounds: of the mask, if they are known.
+    """
+    size = 2 * max(1, round(_MARGIN * height)) + 1
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    x, y, width, tall = bounding_box(mask) if bounds is None else bounds
+    part = (
+        slice(max(y - size, 0), min(y + tall + size, mask.shape[0])),
+        slice(max(x - size, 0), min(x + width + size, mask.shape[1])),
+    )
+    return part, np.asarray(cv2.dilate(mask[part], kernel))

@@ -79,7 +79,7 @@ class MeanShiftTrack(Track):
         return PixelClaim(window, logit, mask, away, pose.feet, pose.height, hidden)
 
     def looks_alike(self, mask: NDArray[np.uint8]) -> bool:
-        """Return that the likelihood has told all that this tracker can."""
+        """Return that the likelihood says all that this tracker knows."""
         return True
 
     def refine(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:

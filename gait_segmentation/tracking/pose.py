@@ -38,12 +38,12 @@ WIDEST = 0.6
 
 _MOST_GROWTH = 1.15
 """
-The most by which the height changes with a mask, and by which somebody grows who is cut off by
+The most by which the height changes with a mask, and by which a person grows who is cut off by
 the lower border, of whom only the least height can be seen.
 """
 
 _BEYOND = 0.3
-"""How far outside of the image the centre of somebody is expected at most, in body heights."""
+"""How far outside of the image the centre of a person is expected at most, in body heights."""
 
 _TILT_ON, _TILT_OFF, _MOST_TILT = 0.16, 0.10, 0.5
 """Tilt from which and down to which it is used, and the largest, in radians."""
@@ -152,7 +152,7 @@ class Pose:
         return replace(self, center_x=self.center_x + dx, center_y=self.center_y + dy)
 
     def outside_by(self, shape: tuple[int, int]) -> Shift:
-        """Return the shift back to where somebody outside of an image of (h, w) is at most."""
+        """Return the shift back to where a person outside of an image of (h, w) is at most."""
         beyond = _BEYOND * self.height
         dx = min(max(self.center_x, -beyond), shape[1] + beyond) - self.center_x
         dy = min(max(self.center_y, -beyond), shape[0] + beyond) - self.center_y
@@ -180,7 +180,7 @@ class Pose:
         return replace(self, velocity=(x, y), moves=self.moves + 1)
 
     def standing(self) -> Pose:
-        """Return it as of somebody who stands until they are seen to move again."""
+        """Return it as of a person who stands until they are seen to move again."""
         return replace(self, velocity=(0.0, 0.0), moves=0)
 
     def fitted(

@@ -54,7 +54,7 @@ class Track(ABC):
     ``pose`` is that in the newest frame, and ``states`` has one entry for each frame that is
     kept.  ``state`` is tracked or lost, with the ``reason``, as :func:`.next_state` says, and
     ``probation`` that of a candidate.  ``seen`` is the share of the person seen last, too little
-    for ``unseen_frames``, ``lost_s`` the seconds since somebody lost was seen, and ``found``
+    for ``unseen_frames``, ``lost_s`` the seconds since a lost person was seen, and ``found``
     whether they are in the newest frame.
     """
 
@@ -123,7 +123,7 @@ class Track(ABC):
     @abstractmethod
     def refine(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:
         """
-        Refine place and size by the likelihood of somebody who is seen.
+        Refine place and size by the likelihood of a person who is seen.
 
         :param values: (h, w) uint8 likelihood of the window of the claim.
         """
@@ -149,7 +149,7 @@ class Track(ABC):
         """
         Learn from the mask of a frame that is kept, if one came.
 
-        :param alone: whether nobody else who is tracked is near.
+        :param alone: whether no other track is near.
         :returns: the window about the person, and a window and (h, w) uint8 of where the person
             may be in that frame; None if the mask says nothing.
         """
@@ -177,7 +177,7 @@ class Track(ABC):
         world, step = (x - pose.center_x, y - pose.center_y), pose.step(seconds)
         shift = None
         if self.state == LOST:
-            # In a gap nobody was looked for.
+            # In a gap no one was looked for.
             self.lost_s += min(seconds, _MOST_LOST_S)
             share = math.exp(-max(self.lost_s - _COAST_S, 0.0) / _STOP_S)
             step = share * step[0], share * step[1]
@@ -232,7 +232,7 @@ class Track(ABC):
 
     def find(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:
         """
-        Take in that somebody lost is seen where the expected mask is.
+        Take in that a lost person is seen where the expected mask is.
 
         :param values: (h, w) uint8 likelihood of the window of the claim.
         """

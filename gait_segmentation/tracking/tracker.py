@@ -45,7 +45,7 @@ class PeopleTracker:
     """
     Tracks people from first boxes, each in a slot of its own, and finds them by their walk.
 
-    People are looked for while a slot is free or waits for somebody lost, and until a box is
+    People are looked for while a slot is free or waits for a lost person, and until a box is
     given by :meth:`initialize`; then whoever gives boxes is to give all.
 
     The likelihood learns from the masks that come back through :meth:`learn`; they may come some
@@ -61,7 +61,7 @@ class PeopleTracker:
         starting: StartingConfig | None = None,
     ) -> None:
         """
-        Make a tracker that tracks nobody.
+        Make a tracker without a track.
 
         :param bank: the templates that people are found and first masks estimated with.
         :param max_people: number of slots.
@@ -99,7 +99,7 @@ class PeopleTracker:
 
     @property
     def starting(self) -> StartingConfig:
-        """Return how people are found; another configuration begins the search anew."""
+        """Return how people are found; another configuration resets the search."""
         return self._starting
 
     @starting.setter
@@ -110,7 +110,7 @@ class PeopleTracker:
 
     def reset(self, *, waiting: bool = True) -> None:
         """
-        Forget everybody and the place, but the track ids given so far.
+        Forget all people and the place, but the track ids given so far.
 
         :param waiting: whether to forget the boxes and maps that wait for the next frame, too.
         """
@@ -124,7 +124,7 @@ class PeopleTracker:
         """
         Start a new track at the next frame.
 
-        A box on a person already tracked starts that slot anew; any other takes a free slot, or
+        A box on a person already tracked restarts that slot; any other takes a free slot, or
         without one, that of the least confident person.
 
         :param box: the tight box of a person, in source pixels.
@@ -138,7 +138,7 @@ class PeopleTracker:
         """
         Take in where people are as others see it: evidence beside the tracker's own.
 
-        The newest map counts that is not older than ``heat_map_age``, carried along with people.
+        The newest map counts that is not older than ``heat_map_age``, moved along with people.
 
         :param heat_map: of any size and kind, see :func:`heat_map_of`.
         :param stamp_ns: that of the frame it was made of, which may still come or be some before.
@@ -153,7 +153,7 @@ class PeopleTracker:
         """
         Take in the next frame.
 
-        Another image size forgets everybody.
+        Another image size resets the tracker.
 
         :param image: (H, W, 3) uint8 BGR.
         :param stamp_ns: its stamp, later than the last one's; see :meth:`reset`.
@@ -171,7 +171,7 @@ class PeopleTracker:
         if self._scene is not None and source != self._scene.source:
             self._forget()
         if self._scene is None or not self._scene.views:
-            # Nobody has looked at the place meanwhile.
+            # No view has followed the place meanwhile.
             self._scene = Scene(source)
         self._stamp_ns = stamp_ns
         self._heat_map = self._heat_maps.newest(stamp_ns, self._config.heat_map_age)
@@ -245,7 +245,7 @@ class PeopleTracker:
 
     def _predict(self, scene: Scene, image: NDArray[np.uint8]) -> None:
         """
-        Take a frame into the scene, and predict everybody into it.
+        Take a frame into the scene, and predict all tracks into it.
 
         After a gap they are lost, to be looked for from where they were: nothing tells how they
         went.
@@ -308,7 +308,7 @@ class PeopleTracker:
             return []
         boxes: dict[bool, list[Box]] = {False: [], True: []}
         for track in tracked:
-            # No wider than one body: somebody else may be beside it.
+            # No wider than one body: another person may be beside it.
             x, y, height = track.body.center_x, track.body.center_y, track.body.height
             width = min(track.body.width, WIDEST * height)
             boxes[track in candidates].append(Box.from_center(x, y, width, height))
@@ -347,7 +347,7 @@ class PeopleTracker:
         self._drop_unused()
 
     def _start_found(self, box: Box, *, by_walk: bool) -> None:
-        """Start somebody found in a slot, if there is one."""
+        """Start a person found in a slot, if there is one."""
         view = self._view_for(box)
         beginning = self._estimate(view, box.scaled(view.scale), by_map=not by_walk)
         place = slot_for_found(self._slots, view, beginning[0])
@@ -390,7 +390,7 @@ class PeopleTracker:
         return view
 
     def _scale_for(self, source: tuple[int, int], height: float) -> float:
-        """Return the scale at which somebody of a height in source pixels is tracked."""
+        """Return the scale at which a person of a height in source pixels is tracked."""
         size, working = self._config.working_size, self._config.working_height
         return working_scale(
             *source, working_size=size, person_height=height, working_height=working
@@ -411,8 +411,8 @@ class PeopleTracker:
         results = []
         for slot, track in enumerate(self._slots):
             if track is None:
-                nobody = self.nobody(self._stamp_ns, scene.source)
-                results.append(replace(nobody, reason=self._reasons[slot]))
+                empty = self.empty(self._stamp_ns, scene.source)
+                results.append(replace(empty, reason=self._reasons[slot]))
                 continue
             likelihood = likelihoods.get(track.track_id)
             if likelihood is None or track.state == LOST:
@@ -420,8 +420,8 @@ class PeopleTracker:
             results.append(track.result(likelihood))
         return results
 
-    def nobody(self, stamp_ns: int, source: tuple[int, int]) -> TrackResult:
-        """Return that nobody is tracked in a frame; ``source`` is (H, W) of the image."""
+    def empty(self, stamp_ns: int, source: tuple[int, int]) -> TrackResult:
+        """Return the result of an empty slot; ``source`` is (H, W) of the image."""
         scale = self._scale_for(source, self._config.working_height)
         shape = working_shape(*source, scale)
         return TrackResult(stamp_ns, 0, None, np.zeros(shape, np.uint8), 0.0)

@@ -8,7 +8,7 @@ import pytest
 
 from gait_segmentation.images import placed
 from gait_segmentation.results import Feedback
-from gait_segmentation.tracking.masks import grown
+from gait_segmentation.tracking.fusion import grown
 from test.tracking.figures import Figure, Told, picture, walk
 
 BOARD = (130, 320)

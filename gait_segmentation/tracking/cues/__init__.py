@@ -28,7 +28,7 @@ from gait_segmentation.tracking.track import State
 @dataclass(frozen=True)
 class CueInput:
     """
-    The newest frame of a view about the place where somebody is expected.
+    The newest frame of a view about the place where a person is expected.
 
     ``states`` are those of the track, the newest last, ``pose`` that of the body, ``window`` the
     rows and columns that are judged, ``logit`` (h, w) float32 what has been made of them so far,

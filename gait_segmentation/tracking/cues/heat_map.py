@@ -3,8 +3,9 @@
 """
 The cue from a heat map: what its values mean for one person, learnt from where they were.
 
-A heat map's own numbers are not believed: networks are overconfident, and a map may be inverted,
-shifted, late or of another camera.  What they mean is learnt, see :class:`MapCalibration`.
+A heat map's own numbers are not taken for granted: networks are overconfident, and a map may be
+inverted, shifted, late or of another camera.  What they mean is learnt, see
+:class:`.MapCalibration`.
 
 How far a map is off is where it correlates best with what all else says of the pixels, in the
 mean over some frames, and how well it does there is how much it counts.  One that has nothing to
@@ -51,7 +52,7 @@ another person's silhouette rarely comes to the first, a map three frames late t
 _DOUBT = 0.02
 """
 By how much less a map counts with each frame in which it does not agree: what has long agreed is
-believed for a while, since all else may have gone astray.
+trusted for a while, since all else may have gone astray.
 """
 
 
@@ -96,7 +97,7 @@ class HeatMapCue(Cue):
         :param height: of the body in pixels.
         :param moved: how far the person went since the frame of the map.
         """
-        # Nobody is enlarged: a box of less than a pixel would make an image of gigabytes.
+        # Not enlarged: a box of less than a pixel would make an image of gigabytes.
         scale, reach = min(_SMALL / height, 1.0), math.ceil(_REACH * _SMALL)
         rows, columns = (round(scale * each) for each in size_of(window))
         if not (rows and columns):
@@ -107,7 +108,7 @@ class HeatMapCue(Cue):
         fit = cv2.matchTemplate(
             about, _reduced(likely, scale, (0.0, 0.0), (columns, rows)), cv2.TM_CCOEFF_NORMED
         )
-        # Where the map is the same all over it is told by nothing.
+        # Where the map is the same all over it is not known.
         fit = np.where(np.isfinite(fit), np.clip(fit, -1, 1), 0).astype(np.float64)
         self._fit = fit if self._fit is None else self._fit + _FIT_RATE * (fit - self._fit)
         # An inverted map tells as much.
