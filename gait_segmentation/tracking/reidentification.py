@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Re-identification of a lost person: where expected, or else all over the image at low resolution."""
+"""Re-identification of a lost person: where expected, else all over the image, made small."""
 
 from __future__ import annotations
 
