@@ -24,7 +24,6 @@ from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import tanimoto
 from gait_segmentation.scene.scene import Scene, WholeView
-from gait_segmentation.scene.working import working_shape
 from gait_segmentation.starting.blobs import Blob, BodyShapes, normalised
 from gait_segmentation.starting.config import StartingConfig
 from gait_segmentation.starting.moving import MotionDetector, MovingRegions
@@ -219,7 +218,7 @@ class WalkerFinder:
                 # Finer, as there may be a crowd.
                 searched = max(searched, min(_FINEST * size, _LARGEST))
             self._scale = min(1.0, searched / size)
-            self._detector = MotionDetector(scene, working_shape(*scene.source, self._scale))
+            self._detector = MotionDetector(scene, self._scale)
         self._stamp_ns = stamp_ns
         seconds = stamp_ns / 1e9
         taken, doubtful = (

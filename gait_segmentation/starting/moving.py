@@ -24,9 +24,6 @@ from gait_segmentation.scene.scene import Scene, WholeView
 from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.starting.blobs import Blob, find_blobs
 
-_LARGEST = 640
-"""Longest side of the image that the background is learnt in."""
-
 _PERIOD_S, _SHARE = 0.12, 0.1
 """
 Time between two frames that are learnt, at most, and as a share of the time for which the place
@@ -105,23 +102,20 @@ class _Recent:
 class MotionDetector:
     """Shows what moves in a scene before a camera that may move, and lets it learn the rest."""
 
-    def __init__(self, scene: Scene, searched: tuple[int, int]) -> None:
+    def __init__(self, scene: Scene, scale: float) -> None:
         """
         Begin with the newest frame of a scene.
 
-        :param searched: (h, w) of the image that is searched.
+        :param scale: from source pixels to those of the image that is searched.
         """
-        self._scene, self._searched = scene, searched
-        self._view = WholeView(scene.source, min(1.0, _LARGEST / max(scene.source)))
+        self._scene, self._view = scene, WholeView(scene.source, scale)
         scene.add(self._view)
-        height, width = self._view.shape
-        self._scale = searched[1] / width, searched[0] / height
         self._forget()
 
     def _forget(self) -> None:
         self._view.reset()
         self._recent: deque[_Recent] = deque()
-        self._evidence = np.zeros(self._searched, np.uint8)
+        self._evidence = np.zeros(self._view.shape, np.uint8)
         self._weather = 0.0
         self._begun = self._learnt = 0.0
 
@@ -144,10 +138,10 @@ class MotionDetector:
         :param apart: boxes in which what moves does not hang together with what moves outside.
         """
         image = self._view.now.image
-        seconds, step = image.stamp_ns / 1e9, self._view.step.scaled(*self._scale)
+        seconds, step = image.stamp_ns / 1e9, self._view.step
         self._view.step = WorldMotion()
-        height, width = self._searched
-        lab = np.asarray(cv2.blur(image.shrunk(self._searched), (3, 3)))
+        height, width = self._view.shape
+        lab = np.asarray(cv2.blur(image.lab, (3, 3)))
         moving = self._moving(np.ascontiguousarray(lab[:, :, 0]), seconds, step)
         likelihood = self._compare(lab, moving)
         windows = [box.slices(width, height) for box in taken]
@@ -220,8 +214,7 @@ class MotionDetector:
         unknown = np.where(moving > 0, np.uint8(_UNKNOWN), np.uint8(0))
         if not self._view.is_known:
             return unknown
-        model = self._view.smoothed(self._searched)
-        logit = model.evidence(lab, _all_of(lab), _SHADOW_FLOOR)
+        logit = self._view.smoothed().evidence(lab, _all_of(lab), _SHADOW_FLOOR)
         likelihood = np.clip(127.5 + _GAIN * logit, 0, 255).astype(np.uint8)
         return np.where(logit == 0, unknown, likelihood)
 
@@ -239,8 +232,7 @@ class MotionDetector:
             return
         self._learnt = seconds
         side = 2 * max(1, round(_MARGIN * filled.shape[0])) + 1
-        hidden, size = cv2.dilate(filled, np.ones((side, side), np.uint8)), self._view.shape[::-1]
-        self._view.learn_all(np.asarray(cv2.resize(hidden, size, interpolation=cv2.INTER_NEAREST)))
+        self._view.learn_all(np.asarray(cv2.dilate(filled, np.ones((side, side), np.uint8))))
 
 
 def _of_misplacement(

@@ -41,7 +41,7 @@ class Watch:
         noisy = image + np.random.default_rng(number).normal(0, 2, image.shape)
         stamp_ns = 10**9 + 40_000_000 * number
         self.scene.advance(np.clip(noisy, 0, 255).astype(np.uint8), stamp_ns)
-        self.detector = self.detector or MotionDetector(self.scene, SHAPE)
+        self.detector = self.detector or MotionDetector(self.scene, 1.0)
         return self.detector.update(known)
 
     def background(self) -> BackgroundModel:
