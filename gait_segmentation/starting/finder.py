@@ -225,7 +225,7 @@ class WalkerFinder:
             [box.scaled(self._scale) for box in boxes] for boxes in (occupied, tried)
         )
         self._nobody = [each for each in self._nobody if seconds < each[1]]
-        frame = self._detector.update(taken, [box for box, _ in self._nobody])
+        frame = self._detector.update(taken)
         wanted = wanted and self.config.auto_init != 'none'
         self._follow(frame, seconds)
         self._judged = []

@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import Window, median
 from gait_segmentation.scene.scene import Scene, WholeView
 from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.starting.blobs import Blob, find_blobs
@@ -30,23 +29,15 @@ Time between two frames that are learnt, at most, and as a share of the time for
 is known, since the longer it is, the less one more tells.
 """
 
-_MARGIN = 0.012
-"""How far about what moves nothing is learnt, in heights of the image."""
-
 _GAP_S = 0.14
 """Time between the two frames whose difference shows what moves now."""
 
 _SPREADS = 2.0
 """Least difference that is motion, in spreads of a still pixel about its mean."""
 
-_STEEP, _LEAST_STEEP = 4.0, 50
-"""
-Range of lightness about a pixel from which it tells by how much the place is off, in times of the
-least difference; and the number of such pixels that are needed.
-"""
-
-_EDGE = np.ones((5, 5), np.uint8)
-"""Rim of a warped frame that is not compared."""
+_AROUND = np.ones((3, 3), np.uint8)
+_RIM = np.ones((5, 5), np.uint8)
+"""Rim of a warped frame that is not compared, and of what moves that is not learnt."""
 
 _NEAR = np.ones((3, 7), np.uint8)
 _WEATHER, _GAIN_WEATHER = 0.04, 0.2
@@ -55,17 +46,8 @@ How near something must have been in the frame before that is not fleeting, the 
 that is fleeting in rain or snow, in the mean of some frames, and what a frame counts in it.
 """
 
-_RIM = 5
-"""Width of the rim of a box that keeps what moves in it apart."""
-
-_UNKNOWN = 140
-"""Likelihood where something moves before a background that has never been seen."""
-
 _SHADOW_FLOOR = 0.6
 """Darkest shadow, as a share of the lightness of the background; what is darker are clothes."""
-
-_GAIN = 64.0
-"""Likelihood, of 255, for each of the log-odds."""
 
 _BROKEN = 0.5
 """Share of pixels that differ at which the place is not the one learnt."""
@@ -76,14 +58,13 @@ class MovingRegions:
     """
     What moves in one frame, in the searched image.
 
-    ``likelihood`` is (h, w) uint8, 255 = surely no background.  ``blobs`` are what hangs
-    together, and ``silhouettes`` (h, w) uint8 0/255 the blobs filled row by row between what
-    moves now.
-    ``shift`` is by how many pixels the world moved since the last frame, in the middle of the
-    image.  ``fresh`` says that what was known before no longer holds.
+    ``evidence`` is (h, w) uint8, 255 where something is that is no background.  ``blobs`` are
+    what hangs together, and ``silhouettes`` (h, w) uint8 0/255 the blobs filled row by row
+    between what moves now.  ``shift`` is by how many pixels the world moved since the last frame,
+    in the middle of the image.  ``fresh`` says that what was known before no longer holds.
     """
 
-    likelihood: NDArray[np.uint8]
+    evidence: NDArray[np.uint8]
     blobs: list[Blob]
     silhouettes: NDArray[np.uint8]
     shift: tuple[float, float]
@@ -129,39 +110,31 @@ class MotionDetector:
         """Return the view of all of the scene, None if nothing is known of it."""
         return self._view if self._view.is_known else None
 
-    def update(self, taken: Sequence[Box] = (), apart: Sequence[Box] = ()) -> MovingRegions:
+    def update(self, taken: Sequence[Box] = ()) -> MovingRegions:
         """
         Look at the newest frame of the scene.
 
         :param taken: boxes in the searched image in which nobody is looked for, because it is
             known who is there.
-        :param apart: boxes in which what moves does not hang together with what moves outside.
         """
-        image = self._view.now.image
-        seconds, step = image.stamp_ns / 1e9, self._view.step
-        self._view.step = WorldMotion()
-        height, width = self._view.shape
+        view = self._view
+        image, step, (height, width) = view.now.image, view.step, view.shape
+        seconds, view.step = image.stamp_ns / 1e9, WorldMotion()
         lab = np.asarray(cv2.blur(image.lab, (3, 3)))
         moving = self._moving(np.ascontiguousarray(lab[:, :, 0]), seconds, step)
-        likelihood = self._compare(lab, moving)
+        evidence = moving.copy()
+        if view.is_known:
+            evidence[view.smoothed().evidence(lab, view.all, _SHADOW_FLOOR) > 0] = 255
         windows = [box.slices(width, height) for box in taken]
         for window in windows:
-            likelihood[window] = moving[window] = 0
-        _, evidence = cv2.threshold(likelihood, 127, 255, cv2.THRESH_BINARY)
-        evidence = cv2.bitwise_or(evidence, moving)
+            evidence[window] = moving[window] = 0
         fresh = cv2.countNonZero(evidence) > _BROKEN * evidence.size
         if fresh:
             self._forget()
-            evidence[:] = likelihood[:] = 0
+            evidence[:] = 0
         lasting = self._lasting(evidence, step)
         if lasting is not None:
-            evidence, moving, likelihood = (
-                cv2.bitwise_and(each, lasting) for each in (evidence, moving, likelihood)
-            )
-        for box in apart:
-            corners = (round(box.x), round(box.y)), (round(box.right), round(box.bottom))
-            for each in (evidence, moving):
-                cv2.rectangle(each, *corners, 0, _RIM)
+            evidence, moving = (cv2.bitwise_and(each, lasting) for each in (evidence, moving))
         blobs, silhouettes = find_blobs(evidence, moving)
         filled = silhouettes.copy()
         for window in windows:
@@ -169,20 +142,18 @@ class MotionDetector:
         self._scene.moving = filled
         self._learn(filled, seconds)
         x, y = step.carry(width / 2, height / 2)
-        return MovingRegions(
-            likelihood, blobs, silhouettes, (x - width / 2, y - height / 2), fresh
-        )
+        return MovingRegions(evidence, blobs, silhouettes, (x - width / 2, y - height / 2), fresh)
 
     def _lasting(self, evidence: NDArray[np.uint8], step: WorldMotion) -> NDArray[np.uint8] | None:
         """Return what was there in the last frame, too, (h, w) uint8, None in fair weather."""
         before, self._evidence = self._evidence, evidence
-        lasting = cv2.dilate(step.warped(before, _all_of(before)), _NEAR)
+        lasting = cv2.dilate(step.warped(before, self._view.all), _NEAR)
         fleeting = cv2.countNonZero(cv2.bitwise_and(evidence, cv2.bitwise_not(lasting)))
         self._weather += _GAIN_WEATHER * (fleeting / evidence.size - self._weather)
         if self._weather <= _WEATHER:
             return None
         shown = cv2.bitwise_and(evidence, lasting)
-        return np.asarray(cv2.morphologyEx(shown, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)))
+        return np.asarray(cv2.morphologyEx(shown, cv2.MORPH_OPEN, _AROUND))
 
     def _moving(
         self, gray: NDArray[np.uint8], seconds: float, step: WorldMotion
@@ -194,29 +165,19 @@ class MotionDetector:
         frames.append(_Recent(seconds, gray, WorldMotion()))
         while len(frames) > 2 and seconds - frames[1].seconds >= _GAP_S:
             frames.popleft()
-        before, motion = frames[0].gray, frames[0].motion
-        level = _SPREADS * self._view.background.sigma
+        before, motion, background = frames[0].gray, frames[0].motion, self._view.background
         if motion.camera is None:
             difference = cv2.absdiff(gray, before)
         else:
-            before = motion.warped(before, _all_of(gray))
-            shown = motion.warped(np.full_like(gray, 255), _all_of(gray), cv2.BORDER_CONSTANT)
-            shown = cv2.erode(shown, _EDGE)
-            difference = cv2.bitwise_and(cv2.absdiff(gray, before), shown)
-            difference = cv2.subtract(
-                difference, _of_misplacement(before, difference, shown, level)
-            )
-        _, moving = cv2.threshold(difference, level, 255, cv2.THRESH_BINARY)
+            before = motion.warped(before, self._view.all)
+            shown = motion.warped(np.full_like(gray, 255), self._view.all, cv2.BORDER_CONSTANT)
+            difference = cv2.bitwise_and(cv2.absdiff(gray, before), cv2.erode(shown, _RIM))
+            # Parallax, blur and a rolling shutter put edges off by a part of a pixel, or more.
+            span = cv2.morphologyEx(before, cv2.MORPH_GRADIENT, _AROUND)
+            off = cv2.convertScaleAbs(span, alpha=_SPREADS * background.misplacement)
+            difference = cv2.subtract(difference, off)
+        _, moving = cv2.threshold(difference, _SPREADS * background.sigma, 255, cv2.THRESH_BINARY)
         return np.asarray(cv2.medianBlur(moving, 3))
-
-    def _compare(self, lab: NDArray[np.uint8], moving: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Return how surely each pixel is no background, (h, w) uint8."""
-        unknown = np.where(moving > 0, np.uint8(_UNKNOWN), np.uint8(0))
-        if not self._view.is_known:
-            return unknown
-        logit = self._view.smoothed().evidence(lab, _all_of(lab), _SHADOW_FLOOR)
-        likelihood = np.clip(127.5 + _GAIN * logit, 0, 255).astype(np.uint8)
-        return np.where(logit == 0, unknown, likelihood)
 
     def _learn(self, filled: NDArray[np.uint8], seconds: float) -> None:
         """
@@ -231,37 +192,4 @@ class MotionDetector:
         if known_s < _GAP_S or seconds - self._learnt < wait:
             return
         self._learnt = seconds
-        side = 2 * max(1, round(_MARGIN * filled.shape[0])) + 1
-        self._view.learn_all(np.asarray(cv2.dilate(filled, np.ones((side, side), np.uint8))))
-
-
-def _of_misplacement(
-    before: NDArray[np.uint8],
-    difference: NDArray[np.uint8],
-    shown: NDArray[np.uint8],
-    level: float,
-) -> NDArray[np.uint8]:
-    """
-    Return what of a difference may be there because the world is not quite where it should be.
-
-    Parallax, blur and a rolling shutter put edges off by a part of a pixel, or more: by the median
-    of those of the frame, of which people are the lesser part.
-
-    :param before: (h, w) uint8, the lightness of an earlier frame as it should look now.
-    :param difference: (h, w) uint8, from the newest frame.
-    :param shown: (h, w) uint8, non-zero where both can be seen.
-    :param level: difference that is noise.
-    """
-    around = np.ones((3, 3), np.uint8)
-    span = cv2.subtract(cv2.dilate(before, around), cv2.erode(before, around))
-    some = slice(None, None, 2), slice(None, None, 2)
-    steep = (span[some] > _STEEP * level) & (shown[some] > 0)
-    if np.count_nonzero(steep) < _LEAST_STEEP:
-        return np.zeros_like(before)
-    places = difference[some][steep] / span[some][steep].astype(np.float32)
-    return np.asarray(cv2.convertScaleAbs(span, alpha=_SPREADS * float(median(places))))
-
-
-def _all_of(image: NDArray[np.uint8]) -> Window:
-    """Return all rows and columns of an image."""
-    return slice(0, image.shape[0]), slice(0, image.shape[1])
+        self._view.learn_all(np.asarray(cv2.dilate(filled, _RIM)))

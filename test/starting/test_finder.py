@@ -75,7 +75,7 @@ def test_a_walker_is_found_with_a_tight_box(pan: float) -> None:
 def test_smaller_people_are_found_where_there_may_be_several(people: int, found: bool) -> None:
     finder, place = Search(people=people), scene((720, 960))
     frames, boxes = clip(pan=0.0, frames=40), []
-    scale = 66 / frames[0].boxes[0].height
+    scale = 60 / frames[0].boxes[0].height
     for number, frame in enumerate(frames):
         small = cv2.resize(frame.image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
         image = place.copy()
