@@ -263,7 +263,7 @@ class WholeView(View):
         """Make a view of which nothing is known; see :class:`View`."""
         super().__init__(source, scale)
         self.frames = deque(maxlen=2)
-        self.step = WorldMotion()
+        self.step = self._since = WorldMotion()
         self.reset()
 
     def expect(self, image: WorkingImage, motion: WorldMotion) -> None:
@@ -276,7 +276,7 @@ class WholeView(View):
         """Forget the place."""
         self.background, self._since = BackgroundModel(self.shape), WorldMotion()
         self._expected = self.background, [self.all]
-        self._smooth = self.background
+        self._smooth = self.background.sums
         self.is_known = False
         """Whether anything has been learnt."""
 
@@ -287,7 +287,10 @@ class WholeView(View):
 
     def smoothed(self) -> BackgroundModel:
         """Return the background in the newest frame, blurred by 3 x 3 pixels."""
-        return self._smooth.moved([self._since])
+        smooth = BackgroundModel((0, 0))
+        smooth.sigma = self.background.sigma
+        smooth.sums = self._since.warped(self._smooth, self.all, cv2.BORDER_CONSTANT)
+        return smooth
 
     def learn_all(self, hidden: NDArray[np.uint8]) -> None:
         """
@@ -305,8 +308,7 @@ class WholeView(View):
         gone = other & (model.count < SURE_COUNT)
         model.forget(gone)
         model.learn(lab, np.where(other & ~gone, np.uint8(1), hidden))
-        self._smooth, self.is_known = model.resized(self.shape), True
-        self._smooth.sums = np.asarray(cv2.blur(model.sums, (3, 3)))
+        self._smooth, self.is_known = np.asarray(cv2.blur(model.sums, (3, 3))), True
 
 
 @dataclass(frozen=True)

@@ -36,35 +36,26 @@ _MOST_ODDS = 4.0
 _FINEST, _LARGEST = 0.375, 480
 """Scale and longest side in pixels up to which more is searched for several people."""
 
-_STEP = 2
-"""Of the views of the bank one of so many is compared with."""
+_LEAST_PERIOD_S, _PAUSE_S = 0.025, 0.5
+"""Frames that come faster are left out; after a pause too much may have changed."""
 
-_LEAST_PERIOD_S, _LATE_S, _PAUSE_S = 0.025, 0.12, 0.5
-"""
-Frames that come faster are left out; one frame speaks for so long at most; and a pause in which
-too much may have changed.
-"""
+_LOST_S = 0.3
+"""Time for which a candidate may go unseen, and one frame speaks for so long at most."""
 
 _SAME = 0.4
 """Share of the smaller of two boxes that is common to boxes of the same person."""
 
-_NOBODY_S, _STRICTER, _STRICTEST = 10.0, 10.0, 30.0
+_REJECTED_S, _STRICTER = 10.0, 10.0
 """
-Time for which a place is remembered where somebody was found who was nobody, by how much more
-evidence is asked for in it, and at most: people come close to it in some seconds.
+Time for which a place is remembered where a person was found that was none, and by how much more
+evidence is asked for in it: people come close to it in some seconds.
 """
 
-_MOST, _LOST_S = 24, 0.3
-"""Candidates followed at a time, and time for which one may go unseen."""
-
-_GAIN_PLACE, _GAIN = 0.6, 0.3
-"""Share of a sighting in the place, and in speed and size."""
+_GAIN = 0.4
+"""Share of a sighting in the place, speed and size of a candidate."""
 
 _LEAST_OVERLAP = 0.25
 """Intersection over union with where a candidate is expected from which a blob may be it."""
-
-_MOST_ASPECT, _LEAST_MOVING = 1.3, 0.05
-"""Largest width over height of a new candidate, and share of its blob that must move now."""
 
 _STEADY_S = 0.1, 0.4
 """Least and longest time after which a shape is compared with an earlier one."""
@@ -73,7 +64,7 @@ _STEADY_S = 0.1, 0.4
 @dataclass
 class Candidate:
     """
-    Somebody or something that moves and is followed.
+    What moves and may be a person.
 
     ``box`` is its smoothed box in the newest frame, ``trail`` the box of all places where it has
     been, ``speed`` that of its centre against the world in pixels a second.  ``blob`` is what was
@@ -101,13 +92,13 @@ class Candidate:
         box, before, expected = blob.box, self.box, self.predicted(seconds)
         passed = seconds - self.seen
         dx, dy = box.center_x - expected.center_x, box.center_y - expected.center_y
-        gain, rate = (max(each, 1 / (self.sightings + 1)) for each in (_GAIN_PLACE, _GAIN))
-        self.speed = self.speed[0] + rate * dx / passed, self.speed[1] + rate * dy / passed
+        gain = max(_GAIN, 1 / (self.sightings + 1))
+        self.speed = self.speed[0] + gain * dx / passed, self.speed[1] + gain * dy / passed
         self.box = Box.from_center(
             expected.center_x + gain * dx,
             expected.center_y + gain * dy,
-            before.width + rate * (box.width - before.width),
-            before.height + rate * (box.height - before.height),
+            before.width + gain * (box.width - before.width),
+            before.height + gain * (box.height - before.height),
         )
         self.trail = self.trail.union(box)
         self.blob, self.seen = blob, seconds
@@ -122,43 +113,29 @@ class Candidate:
         return earlier if self.seen - first >= _STEADY_S[0] else None
 
 
-def follow(
-    candidates: list[Candidate],
+def associate(
+    candidates: Sequence[Candidate],
     blobs: Sequence[Blob],
     seconds: float,
     least_height: float,
 ) -> list[Candidate]:
     """
-    Give the blobs of a frame to the candidates, begin new ones and drop lost ones.
+    Associate the blobs of a frame with candidates, greedily by overlap.
 
-    :returns: the candidates there are now.
+    :returns: the candidates seen of late, and a new one for each blob left that is tall enough.
     """
-    pairs = []
-    for index, candidate in enumerate(candidates):
-        expected = candidate.predicted(seconds)
-        for number, blob in enumerate(blobs):
-            overlap = expected.iou(blob.box)
-            if overlap >= _LEAST_OVERLAP:
-                pairs.append((overlap, index, number))
-    taken: set[int] = set()
-    served: set[int] = set()
-    for _, index, number in sorted(pairs, reverse=True):
-        if index in served or number in taken:
-            continue
-        served.add(index)
-        taken.add(number)
-        candidates[index].see(blobs[number], seconds)
+    pairs = (
+        (each.predicted(seconds).iou(blob.box), index, number)
+        for index, each in enumerate(candidates)
+        for number, blob in enumerate(blobs)
+    )
+    left = dict(enumerate(blobs))
+    for overlap, index, number in sorted(pairs, reverse=True):
+        if overlap >= _LEAST_OVERLAP and number in left and candidates[index].seen < seconds:
+            candidates[index].see(left.pop(number), seconds)
     kept = [each for each in candidates if seconds - each.seen < _LOST_S]
-    for number, blob in enumerate(blobs):
-        if number in taken or len(kept) >= _MOST:
-            continue
-        box = blob.box
-        if box.height < least_height or box.width > _MOST_ASPECT * box.height:
-            continue
-        if blob.moving < _LEAST_MOVING * blob.area:
-            continue
-        kept.append(Candidate(box, box, blob, seconds))
-    return kept
+    new = (blob for blob in left.values() if blob.box.height >= least_height)
+    return kept + [Candidate(blob.box, blob.box, blob, seconds) for blob in new]
 
 
 class WalkerFinder:
@@ -175,19 +152,19 @@ class WalkerFinder:
         """
         self.config = config or StartingConfig()
         self._people = people
-        self._shapes = BodyShapes(bank, _STEP)
+        self._shapes = BodyShapes(bank)
         self._detector: MotionDetector | None = None
         self.reset()
 
     def reset(self) -> None:
-        """Forget everybody, and let the scene go on without the search."""
+        """Forget all candidates, and let the scene go on without the search."""
         if self._detector is not None:
             self._detector.close()
         self._detector = None
         self._scale, self._stamp_ns = 1.0, 0
         self._candidates: list[Candidate] = []
         self._judged: list[tuple[Box, dict[str, float]]] = []
-        self._nobody: list[tuple[Box, float]] = []
+        self._rejected: list[tuple[Box, float]] = []
 
     def update(
         self,
@@ -224,7 +201,7 @@ class WalkerFinder:
         taken, doubtful = (
             [box.scaled(self._scale) for box in boxes] for boxes in (occupied, tried)
         )
-        self._nobody = [each for each in self._nobody if seconds < each[1]]
+        self._rejected = [each for each in self._rejected if seconds < each[1]]
         frame = self._detector.update(taken)
         wanted = wanted and self.config.auto_init != 'none'
         self._follow(frame, seconds)
@@ -256,7 +233,7 @@ class WalkerFinder:
             if each.box.iou(place) > 0:
                 place = place.union(each.trail)
                 each.evidence = 0.0
-        self._nobody.append((place, self._stamp_ns / 1e9 + _NOBODY_S))
+        self._rejected.append((place, self._stamp_ns / 1e9 + _REJECTED_S))
 
     def _there(self, box: Box) -> list[Candidate]:
         known = [box.scaled(self._scale)]
@@ -271,10 +248,11 @@ class WalkerFinder:
         dx, dy = frame.shift
         for each in self._candidates:
             each.box, each.trail = each.box.shifted(dx, dy), each.trail.shifted(dx, dy)
-        self._nobody = [(box.shifted(dx, dy), until) for box, until in self._nobody]
+        self._rejected = [(box.shifted(dx, dy), until) for box, until in self._rejected]
         if frame.fresh:
             self._candidates = []
-        self._candidates = follow(self._candidates, frame.blobs, seconds, self.config.least_height)
+        least = self.config.least_height
+        self._candidates = associate(self._candidates, frame.blobs, seconds, least)
 
     def _look(
         self, frame: MovingRegions, known: Sequence[Box], tried: Sequence[Box], seconds: float
@@ -298,12 +276,12 @@ class WalkerFinder:
         size = frame.silhouettes.shape[::-1]
         shapes = [normalised(frame.silhouettes[each.blob.box.slices(*size)]) for each in seen]
         likeness = [0.0 if shape is None else self._shapes.likeness(shape) for shape in shapes]
-        nobody = [box for box, _ in self._nobody]
-        clutter = {b.number: 0.0 if belongs(b.box, nobody) else b.area * 1.0 for b in frame.blobs}
-        for each, alike in zip(seen, likeness, strict=True):
-            clutter[each.blob.number] *= 1 - alike
-        total = sum(clutter.values())
-        for each, shape, alike in zip(seen, shapes, likeness, strict=True):
+        rejected = [box for box, _ in self._rejected]
+        clutter = [
+            0.0 if belongs(each.box, rejected) else each.blob.area * (1 - alike)
+            for each, alike in zip(seen, likeness, strict=True)
+        ]
+        for each, shape, alike, own in zip(seen, shapes, likeness, clutter, strict=True):
             blob = each.blob
             if shape is None or belongs(each.box, known):
                 continue
@@ -316,14 +294,15 @@ class WalkerFinder:
                 'moving': blob.moving / blob.area,
                 'height': math.log(blob.box.height),
                 'steadiness': float(tanimoto(earlier, shape)),
-                'clutter': (total - clutter[blob.number]) / frame.silhouettes.size,
+                'clutter': (sum(clutter) - own) / frame.silhouettes.size,
             }
             self._judged.append((blob.box, measures))
-            passed = min(seconds - each.judged, _LATE_S) if each.judged else 0.0
+            passed = min(seconds - each.judged, _LOST_S) if each.judged else 0.0
             each.judged = seconds
             each.evidence = max(each.evidence + passed * log_odds(measures), 0.0)
-            errors = sum(belongs(each.box, [box]) for box in nobody)
-            needed = min(_STRICTER**errors, _STRICTEST) * self.config.least_evidence
+            needed = self.config.least_evidence
+            if belongs(each.box, rejected):
+                needed *= _STRICTER
             if each.evidence >= needed and not belongs(each.box, tried):
                 found.append(blob.box)
         return sorted(found, key=lambda box: -box.height)
