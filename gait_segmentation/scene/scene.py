@@ -255,20 +255,17 @@ class WholeView(View):
     """
     The scene all over the image, in which people are looked for.
 
-    Its background is carried along only when it is learnt, since each motion blurs it.  ``step``
-    is how the world moved since the image that was searched last.
+    Its background is carried along only when it is learnt, since each motion blurs it.
     """
 
     def __init__(self, source: tuple[int, int], scale: float) -> None:
         """Make a view of which nothing is known; see :class:`View`."""
         super().__init__(source, scale)
-        self.frames = deque(maxlen=2)
-        self.step = self._since = WorldMotion()
+        self._since = WorldMotion()
         self.reset()
 
     def expect(self, image: WorkingImage, motion: WorldMotion) -> None:
         """Remember the motion; see :meth:`View.expect`."""
-        self.step = WorldMotion.over([self.step, motion])
         self._since = WorldMotion.over([self._since, motion])
         self._expected = self.background, [self.all]
 

@@ -10,7 +10,6 @@ has moved on by his own width.
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -29,7 +28,7 @@ Time between two frames that are learnt, at most, and as a share of the time for
 is known, since the longer it is, the less one more tells.
 """
 
-_GAP_S = 0.14
+_GAP_NS = 140_000_000
 """Time between the two frames whose difference shows what moves now."""
 
 _SPREADS = 2.0
@@ -71,15 +70,6 @@ class MovingRegions:
     fresh: bool
 
 
-@dataclass
-class _Recent:
-    """The lightness of a frame, (h, w) uint8, and how the world has moved since."""
-
-    seconds: float
-    gray: NDArray[np.uint8]
-    motion: WorldMotion
-
-
 class MotionDetector:
     """Shows what moves in a scene before a camera that may move, and lets it learn the rest."""
 
@@ -91,11 +81,11 @@ class MotionDetector:
         """
         self._scene, self._view = scene, WholeView(scene.source, scale)
         scene.add(self._view)
+        self._last = self._view.now
         self._forget()
 
     def _forget(self) -> None:
         self._view.reset()
-        self._recent: deque[_Recent] = deque()
         self._evidence = np.zeros(self._view.shape, np.uint8)
         self._weather = 0.0
         self._begun = self._learnt = 0.0
@@ -118,10 +108,12 @@ class MotionDetector:
             known who is there.
         """
         view = self._view
-        image, step, (height, width) = view.now.image, view.step, view.shape
-        seconds, view.step = image.stamp_ns / 1e9, WorldMotion()
-        lab = np.asarray(cv2.blur(image.lab, (3, 3)))
-        moving = self._moving(np.ascontiguousarray(lab[:, :, 0]), seconds, step)
+        now, (height, width) = view.now, view.shape
+        # More frames may have come than are kept.
+        last = self._last if self._last in view.frames else view.frames[0]
+        step, self._last = view.motion_since(last), now
+        seconds, lab = now.image.stamp_ns / 1e9, np.asarray(cv2.blur(now.image.lab, (3, 3)))
+        moving = self._moving(lab)
         evidence = moving.copy()
         if view.is_known:
             evidence[view.smoothed().evidence(lab, view.all, _SHADOW_FLOOR) > 0] = 255
@@ -155,28 +147,27 @@ class MotionDetector:
         shown = cv2.bitwise_and(evidence, lasting)
         return np.asarray(cv2.morphologyEx(shown, cv2.MORPH_OPEN, _AROUND))
 
-    def _moving(
-        self, gray: NDArray[np.uint8], seconds: float, step: WorldMotion
-    ) -> NDArray[np.uint8]:
+    def _moving(self, lab: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return where something moves now against the world, (h, w) uint8 0/255."""
-        frames = self._recent
-        for each in frames:
-            each.motion = WorldMotion.over([each.motion, step])
-        frames.append(_Recent(seconds, gray, WorldMotion()))
-        while len(frames) > 2 and seconds - frames[1].seconds >= _GAP_S:
-            frames.popleft()
-        before, motion, background = frames[0].gray, frames[0].motion, self._view.background
+        view, gray = self._view, np.ascontiguousarray(lab[..., 0])
+        since_ns = view.now.image.stamp_ns - _GAP_NS
+        earlier = [each for each in view.frames if each.image.stamp_ns <= since_ns]
+        frame = earlier[-1] if earlier else view.frames[0]
+        motion = view.motion_since(frame)
+        before = np.asarray(cv2.blur(np.ascontiguousarray(frame.image.lab[..., 0]), (3, 3)))
         if motion.camera is None:
             difference = cv2.absdiff(gray, before)
         else:
-            before = motion.warped(before, self._view.all)
-            shown = motion.warped(np.full_like(gray, 255), self._view.all, cv2.BORDER_CONSTANT)
+            before = motion.warped(before, view.all)
+            shown = motion.warped(np.full_like(gray, 255), view.all, cv2.BORDER_CONSTANT)
             difference = cv2.bitwise_and(cv2.absdiff(gray, before), cv2.erode(shown, _RIM))
             # Parallax, blur and a rolling shutter put edges off by a part of a pixel, or more.
             span = cv2.morphologyEx(before, cv2.MORPH_GRADIENT, _AROUND)
-            off = cv2.convertScaleAbs(span, alpha=_SPREADS * background.misplacement)
+            off = cv2.convertScaleAbs(span, alpha=_SPREADS * view.background.misplacement)
             difference = cv2.subtract(difference, off)
-        _, moving = cv2.threshold(difference, _SPREADS * background.sigma, 255, cv2.THRESH_BINARY)
+        _, moving = cv2.threshold(
+            difference, _SPREADS * view.background.sigma, 255, cv2.THRESH_BINARY
+        )
         return np.asarray(cv2.medianBlur(moving, 3))
 
     def _learn(self, filled: NDArray[np.uint8], seconds: float) -> None:
@@ -189,7 +180,7 @@ class MotionDetector:
         known_s = seconds - self._begun
         wait = min(_SHARE * known_s, _PERIOD_S)
         # Before that it is not known what moves.
-        if known_s < _GAP_S or seconds - self._learnt < wait:
+        if known_s < _GAP_NS / 1e9 or seconds - self._learnt < wait:
             return
         self._learnt = seconds
         self._view.learn_all(np.asarray(cv2.dilate(filled, _RIM)))
