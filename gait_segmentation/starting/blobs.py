@@ -19,7 +19,7 @@ from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import inner_range, tanimoto
 
-_TRIM = 0.01
+_TRIM_ROWS, _TRIM_COLUMNS = 0.005, 0.02
 """Share of a blob's pixels beyond each end of its box."""
 
 _LEAST_AREA, _MOST_PARTS = 10, 32
@@ -88,8 +88,8 @@ def find_blobs(
         between = np.logical_or.accumulate(moves, axis=1)
         between &= np.logical_or.accumulate(moves[:, ::-1], axis=1)[:, ::-1]
         filled[window][between] = 255
-        top, bottom = inner_range(between.sum(axis=1), _TRIM)
-        left, right = inner_range(between.sum(axis=0), _TRIM)
+        top, bottom = inner_range(between.sum(axis=1), _TRIM_ROWS)
+        left, right = inner_range(between.sum(axis=0), _TRIM_COLUMNS)
         box = Box(window[1].start + left, window[0].start + top, right - left, bottom - top)
         area, moved = int(body.sum()), int(moves.sum())
         blobs.append(Blob(box, area, moved))
