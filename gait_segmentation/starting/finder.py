@@ -30,17 +30,14 @@ from gait_segmentation.starting.moving import MotionDetector, MovingRegions
 
 MODEL_FILE = Path(__file__).with_name('walking.json')
 _MODEL = json.loads(MODEL_FILE.read_text(encoding='utf-8'))
-_MOST_ODDS = 4.0
-"""Most that one frame may say for or against: one in fifty."""
+_FINEST = 0.375
+"""Scale up to which more is searched for several people, with at most twice the size."""
 
-_FINEST, _LARGEST = 0.375, 480
-"""Scale and longest side in pixels up to which more is searched for several people."""
-
-_LEAST_PERIOD_S, _PAUSE_S = 0.025, 0.5
-"""Frames that come faster are left out; after a pause too much may have changed."""
-
-_LOST_S = 0.3
-"""Time for which a candidate may go unseen, and one frame speaks for so long at most."""
+_LEAST_PERIOD_S, _PAUSE_S = 0.025, 0.4
+"""
+Frames that come faster are left out.  A longer pause ends the search, a candidate is kept unseen,
+one frame speaks, and an earlier shape is compared with for so long at most.
+"""
 
 _SAME = 0.4
 """Share of the smaller of two boxes that is common to boxes of the same person."""
@@ -57,8 +54,8 @@ _GAIN = 0.4
 _LEAST_OVERLAP = 0.25
 """Intersection over union with where a candidate is expected from which a blob may be it."""
 
-_STEADY_S = 0.1, 0.4
-"""Least and longest time after which a shape is compared with an earlier one."""
+_STEADY_S = 0.1
+"""Least time after which a shape is compared with an earlier one."""
 
 
 @dataclass
@@ -107,10 +104,10 @@ class Candidate:
     def show(self, shape: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
         """Take in the normalised shape of a sighting; return an earlier one if there is one."""
         self.shapes.append((self.seen, shape))
-        while self.seen - self.shapes[0][0] > _STEADY_S[1]:
+        while self.seen - self.shapes[0][0] > _PAUSE_S:
             self.shapes.popleft()
         first, earlier = self.shapes[0]
-        return earlier if self.seen - first >= _STEADY_S[0] else None
+        return earlier if self.seen - first >= _STEADY_S else None
 
 
 def associate(
@@ -133,7 +130,7 @@ def associate(
     for overlap, index, number in sorted(pairs, reverse=True):
         if overlap >= _LEAST_OVERLAP and number in left and candidates[index].seen < seconds:
             candidates[index].see(left.pop(number), seconds)
-    kept = [each for each in candidates if seconds - each.seen < _LOST_S]
+    kept = [each for each in candidates if seconds - each.seen < _PAUSE_S]
     new = (blob for blob in left.values() if blob.box.height >= least_height)
     return kept + [Candidate(blob.box, blob.box, blob, seconds) for blob in new]
 
@@ -193,7 +190,7 @@ class WalkerFinder:
             searched = float(self.config.search_size)
             if self._people > 1:
                 # Finer, as there may be a crowd.
-                searched = max(searched, min(_FINEST * size, _LARGEST))
+                searched = max(searched, min(_FINEST * size, 2 * searched))
             self._scale = min(1.0, searched / size)
             self._detector = MotionDetector(scene, self._scale)
         self._stamp_ns = stamp_ns
@@ -203,9 +200,18 @@ class WalkerFinder:
         )
         self._rejected = [each for each in self._rejected if seconds < each[1]]
         frame = self._detector.update(taken)
-        wanted = wanted and self.config.auto_init != 'none'
-        self._follow(frame, seconds)
+        dx, dy = frame.shift
+        for each in self._candidates:
+            each.box, each.trail = each.box.shifted(dx, dy), each.trail.shifted(dx, dy)
+        self._rejected = [(box.shifted(dx, dy), until) for box, until in self._rejected]
+        self._candidates = associate(
+            [] if frame.fresh else self._candidates,
+            frame.blobs,
+            seconds,
+            self.config.least_height,
+        )
         self._judged = []
+        wanted = wanted and self.config.auto_init != 'none'
         found = self._look(frame, taken, doubtful, seconds) if wanted else []
         return [box.scaled(1 / self._scale) for box in found]
 
@@ -219,7 +225,8 @@ class WalkerFinder:
 
         :param box: where they are, in source pixels.
         """
-        there = (each.evidence for each in self._there(box))
+        place = [box.scaled(self._scale)]
+        there = (each.evidence for each in self._candidates if belongs(each.box, place))
         return max(there, default=0.0) / self.config.least_evidence
 
     def reject(self, box: Box) -> None:
@@ -235,24 +242,10 @@ class WalkerFinder:
                 each.evidence = 0.0
         self._rejected.append((place, self._stamp_ns / 1e9 + _REJECTED_S))
 
-    def _there(self, box: Box) -> list[Candidate]:
-        known = [box.scaled(self._scale)]
-        return [each for each in self._candidates if belongs(each.box, known)]
-
     @property
     def background(self) -> WholeView | None:
         """Return the scene as it was before there was anybody, None if it is not known."""
         return None if self._detector is None else self._detector.known
-
-    def _follow(self, frame: MovingRegions, seconds: float) -> None:
-        dx, dy = frame.shift
-        for each in self._candidates:
-            each.box, each.trail = each.box.shifted(dx, dy), each.trail.shifted(dx, dy)
-        self._rejected = [(box.shifted(dx, dy), until) for box, until in self._rejected]
-        if frame.fresh:
-            self._candidates = []
-        least = self.config.least_height
-        self._candidates = associate(self._candidates, frame.blobs, seconds, least)
 
     def _look(
         self, frame: MovingRegions, known: Sequence[Box], tried: Sequence[Box], seconds: float
@@ -297,7 +290,7 @@ class WalkerFinder:
                 'clutter': (sum(clutter) - own) / frame.silhouettes.size,
             }
             self._judged.append((blob.box, measures))
-            passed = min(seconds - each.judged, _LOST_S) if each.judged else 0.0
+            passed = min(seconds - each.judged, _PAUSE_S) if each.judged else 0.0
             each.judged = seconds
             each.evidence = max(each.evidence + passed * log_odds(measures), 0.0)
             needed = self.config.least_evidence
@@ -320,8 +313,8 @@ def belongs(box: Box, known: Sequence[Box]) -> bool:
 
 
 def log_odds(measures: Mapping[str, float]) -> float:
-    """Return the log-odds that something with such measures walks, within +-4."""
-    total = float(_MODEL['intercept'])
-    for name, weight, low, high in _MODEL['rows']:
-        total += weight * min(max(measures[name], low), high)
-    return min(max(total, -_MOST_ODDS), _MOST_ODDS)
+    """Return the log-odds that something with such measures walks."""
+    rows = (
+        weight * min(max(measures[name], low), high) for name, weight, low, high in _MODEL['rows']
+    )
+    return sum(rows, float(_MODEL['intercept']))

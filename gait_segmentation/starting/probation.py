@@ -22,10 +22,10 @@ _WORTH, _MOST_EVIDENCE = 0.02, 10.0
 _STEP_NS = 300_000_000, 450_000_000
 """Time in which who walks takes on another shape: about half a step."""
 
-_CHANGE, _ODD = (0.5, 0.7), 2.0
+_RIGID, _ODD = 0.7, 2.0
 """
-Similarity of two masks so far apart, in the mean: what is rigid has more, what is no body less.
-What lies outside counts so many times against a person.
+Similarity of two masks so far apart, in the mean, from which it is of something rigid, and how
+many times more counts against a person.
 """
 
 
@@ -80,6 +80,5 @@ class Probation:
             return True
         fit = float(np.mean(self._fits)) + _WORTH * self._evidence
         if self._changes:
-            change = float(np.mean(self._changes))
-            fit -= _ODD * abs(change - min(max(change, _CHANGE[0]), _CHANGE[1]))
+            fit -= _ODD * max(float(np.mean(self._changes)) - _RIGID, 0.0)
         return fit >= _LEAST_FIT
