@@ -270,11 +270,13 @@ class WalkerFinder:
         shapes = [normalised(frame.silhouettes[each.blob.box.slices(*size)]) for each in seen]
         likeness = [0.0 if shape is None else self._shapes.likeness(shape) for shape in shapes]
         rejected = [box for box, _ in self._rejected]
-        clutter = [
-            0.0 if belongs(each.box, rejected) else each.blob.area * (1 - alike)
+        own = [
+            0.0 if belongs(each.blob.box, rejected) else each.blob.area * (1 - alike)
             for each, alike in zip(seen, likeness, strict=True)
         ]
-        for each, shape, alike, own in zip(seen, shapes, likeness, clutter, strict=True):
+        small = [blob for blob in frame.blobs if all(blob is not each.blob for each in seen)]
+        clutter = sum(own) + sum(b.area for b in small if not belongs(b.box, rejected))
+        for each, shape, alike, odd in zip(seen, shapes, likeness, own, strict=True):
             blob = each.blob
             if shape is None or belongs(each.box, known):
                 continue
@@ -287,7 +289,7 @@ class WalkerFinder:
                 'moving': blob.moving / blob.area,
                 'height': math.log(blob.box.height),
                 'steadiness': float(tanimoto(earlier, shape)),
-                'clutter': (sum(clutter) - own) / frame.silhouettes.size,
+                'clutter': (clutter - odd) / frame.silhouettes.size,
             }
             self._judged.append((blob.box, measures))
             passed = min(seconds - each.judged, _PAUSE_S) if each.judged else 0.0

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
+from gait_segmentation.images import median
 from gait_segmentation.scene.scene import Scene, WholeView
 from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.starting.blobs import Blob, find_blobs
@@ -33,6 +34,12 @@ _GAP_NS = 140_000_000
 
 _SPREADS = 2.0
 """Least difference that is motion, in spreads of a still pixel about its mean."""
+
+_STEEP, _LEAST_STEEP = 4.0, 50
+"""
+Range of lightness about a pixel from which it tells by how much the place is off, in times of the
+least difference; and the number of such pixels that are needed.
+"""
 
 _AROUND = np.ones((3, 3), np.uint8)
 _RIM = np.ones((5, 5), np.uint8)
@@ -153,7 +160,7 @@ class MotionDetector:
         since_ns = view.now.image.stamp_ns - _GAP_NS
         earlier = [each for each in view.frames if each.image.stamp_ns <= since_ns]
         frame = earlier[-1] if earlier else view.frames[0]
-        motion = view.motion_since(frame)
+        motion, level = view.motion_since(frame), _SPREADS * view.background.sigma
         before = np.asarray(cv2.blur(np.ascontiguousarray(frame.image.lab[..., 0]), (3, 3)))
         if motion.camera is None:
             difference = cv2.absdiff(gray, before)
@@ -161,13 +168,15 @@ class MotionDetector:
             before = motion.warped(before, view.all)
             shown = motion.warped(np.full_like(gray, 255), view.all, cv2.BORDER_CONSTANT)
             difference = cv2.bitwise_and(cv2.absdiff(gray, before), cv2.erode(shown, _RIM))
-            # Parallax, blur and a rolling shutter put edges off by a part of a pixel, or more.
+            # Parallax, blur and a rolling shutter put edges off by a part of a pixel, or more: by
+            # the median of those of the frame, of which people are the lesser part.
             span = cv2.morphologyEx(before, cv2.MORPH_GRADIENT, _AROUND)
-            off = cv2.convertScaleAbs(span, alpha=_SPREADS * view.background.misplacement)
-            difference = cv2.subtract(difference, off)
-        _, moving = cv2.threshold(
-            difference, _SPREADS * view.background.sigma, 255, cv2.THRESH_BINARY
-        )
+            some, range_ = difference[::2, ::2], span[::2, ::2].astype(np.float32)
+            steep = (range_ > _STEEP * level) & (some > 0)
+            if np.count_nonzero(steep) >= _LEAST_STEEP:
+                off = _SPREADS * float(median(some[steep] / range_[steep]))
+                difference = cv2.subtract(difference, cv2.convertScaleAbs(span, alpha=off))
+        _, moving = cv2.threshold(difference, level, 255, cv2.THRESH_BINARY)
         return np.asarray(cv2.medianBlur(moving, 3))
 
     def _learn(self, filled: NDArray[np.uint8], seconds: float) -> None:

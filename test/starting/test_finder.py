@@ -204,7 +204,7 @@ def test_a_walker_is_found_in_rain() -> None:
             cv2.line(image, (x, y), (x - 2, y + 14), (230, 230, 230), 1, cv2.LINE_AA)
     (number, box), *_ = run(rainy)
     assert number < 20
-    assert box.iou(box_of(clip(pan=0.0, frames=40)[number])) > 0.45
+    assert box.iou(box_of(clip(pan=0.0, frames=40)[number])) > 0.5
 
 
 def test_two_blobs_are_not_confused() -> None:
