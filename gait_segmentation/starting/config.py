@@ -22,7 +22,7 @@ class StartingConfig(StageConfig):
     search_size: int = parameter(
         256,
         'Longest side of the image that is searched; larger sources are scaled down. For several '
-        'people up to 0.375 of the source, at most twice as large, to find small ones.',
+        'people up to 0.375 of the source, at most 480, to find small ones.',
         unit='px',
         minimum=64,
         maximum=480,

@@ -30,8 +30,8 @@ from gait_segmentation.starting.moving import MotionDetector, MovingRegions
 
 MODEL_FILE = Path(__file__).with_name('walking.json')
 _MODEL = json.loads(MODEL_FILE.read_text(encoding='utf-8'))
-_FINEST = 0.375
-"""Scale up to which more is searched for several people, with at most twice the size."""
+_FINEST, _LARGEST = 0.375, 480
+"""Scale and longest side in pixels up to which more is searched for several people."""
 
 _LEAST_PERIOD_S, _PAUSE_S = 0.025, 0.4
 """
@@ -190,7 +190,7 @@ class WalkerFinder:
             searched = float(self.config.search_size)
             if self._people > 1:
                 # Finer, as there may be a crowd.
-                searched = max(searched, min(_FINEST * size, 2 * searched))
+                searched = max(searched, min(_FINEST * size, _LARGEST))
             self._scale = min(1.0, searched / size)
             self._detector = MotionDetector(scene, self._scale)
         self._stamp_ns = stamp_ns

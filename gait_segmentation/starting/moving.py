@@ -171,10 +171,10 @@ class MotionDetector:
             # Parallax, blur and a rolling shutter put edges off by a part of a pixel, or more: by
             # the median of those of the frame, of which people are the lesser part.
             span = cv2.morphologyEx(before, cv2.MORPH_GRADIENT, _AROUND)
-            some, range_ = difference[::2, ::2], span[::2, ::2].astype(np.float32)
-            steep = (range_ > _STEEP * level) & (some > 0)
+            some, spans = difference[::2, ::2], span[::2, ::2].astype(np.float32)
+            steep = (spans > _STEEP * level) & (some > 0)
             if np.count_nonzero(steep) >= _LEAST_STEEP:
-                off = _SPREADS * float(median(some[steep] / range_[steep]))
+                off = _SPREADS * float(median(some[steep] / spans[steep]))
                 difference = cv2.subtract(difference, cv2.convertScaleAbs(span, alpha=off))
         _, moving = cv2.threshold(difference, level, 255, cv2.THRESH_BINARY)
         return np.asarray(cv2.medianBlur(moving, 3))
