@@ -3,7 +3,7 @@
 """
 Finding people who walk, without a box: moving blobs that keep having the shape of a body.
 
-That one walks is told by a logistic regression.  ``walking.json`` holds rows of a measure, its
+A logistic regression says whether a candidate walks.  ``walking.json`` holds rows of a measure, its
 weight and the range it is cut to; two rows of the same measure bend the line at the median of
 people.  ``benchmarks/walking.py`` learns it.
 """
@@ -176,8 +176,8 @@ class WalkerFinder:
 
         :param scene: the same as before; see :meth:`reset`.
         :param occupied: boxes of people known already, in source pixels.
-        :param tried: boxes of people found who are still on trial, likewise.
-        :param wanted: whether anybody is to be found; if not, what moves is followed only.
+        :param tried: boxes of people found who are still on probation, likewise.
+        :param wanted: whether people are to be found; if not, what moves is followed only.
         :returns: tight boxes of people who walk and are not known, in source pixels.
         """
         stamp_ns = scene.stamp_ns
@@ -221,7 +221,7 @@ class WalkerFinder:
 
     def evidence(self, box: Box) -> float:
         """
-        Return the evidence that somebody walks, in times of ``least_evidence``.
+        Return the evidence that a person walks there, in times of ``least_evidence``.
 
         :param box: where they are, in source pixels.
         """
@@ -231,7 +231,7 @@ class WalkerFinder:
 
     def reject(self, box: Box) -> None:
         """
-        Take in that somebody found was nobody: more is asked for where that moves, for a time.
+        Reject what was found: for a time more evidence is asked for where it moves.
 
         :param box: where they are, in source pixels.
         """
@@ -244,7 +244,7 @@ class WalkerFinder:
 
     @property
     def background(self) -> WholeView | None:
-        """Return the scene as it was before there was anybody, None if it is not known."""
+        """Return the scene as it was before there were people, None if it is not known."""
         return None if self._detector is None else self._detector.known
 
     def _look(
@@ -254,7 +254,7 @@ class WalkerFinder:
         Add up the evidence of each candidate, and return tight boxes of walkers, tallest first.
 
         The log-odds of each frame, times the time since the last one, never fall below zero, as in
-        Page's cumulative sum test: what is doubtful must walk for longer.  They are told by the
+        Page's cumulative sum test: what is doubtful must walk for longer.  They depend on the
         ``similarity`` of the silhouette with the best template; ``width``, the logarithm of width
         over height; ``moving``, the share that moves now; ``height``, the logarithm of the height
         in pixels; ``steadiness``, the similarity with the own shape a moment ago, since noise is
@@ -262,7 +262,7 @@ class WalkerFinder:
         without being like a body.
 
         :param known: boxes of people who are known already.
-        :param tried: boxes of people who are on trial: judged, and not found again.
+        :param tried: boxes of people on probation: judged, and not found again.
         """
         found: list[Box] = []
         seen = [each for each in self._candidates if each.seen == seconds]
@@ -304,7 +304,7 @@ class WalkerFinder:
 
 
 def belongs(box: Box, known: Sequence[Box]) -> bool:
-    """Tell whether what is in a box may be of somebody known, by the share of the smaller box."""
+    """Tell whether what is in a box may be of a person known, by the share of the smaller box."""
     for other in known:
         width = min(box.right, other.right) - max(box.x, other.x)
         height = min(box.bottom, other.bottom) - max(box.y, other.y)

@@ -5,7 +5,7 @@ The first mask from a box alone: a joint estimate over views, colours and the cu
 
 For each direction of walking, expectation maximisation alternates between the colours of person
 and surroundings, the weights of the templates laid onto the box, and a graph cut.  Where a border
-of the image cuts the body, and in a box that is broad for a walker (somebody who sits, or behind a
+of the image cuts the body, and in a box that is broad for a walker (a person who sits, or behind a
 table), taller bodies are tried, too.  All then vote, each with a weight by how surely the colours
 it has learnt decide about the pixels, and by how little its mask falls short of the sides of the
 box: a tight box is touched on all of them (Lempitsky et al., Image Segmentation with a Bounding

@@ -55,7 +55,7 @@ class MapFinder:
 
         :param source: (H, W) of the frames.
         :param occupied: boxes of people known already, in source pixels.
-        :param least_height: of anybody who is found, in source pixels.
+        :param least_height: of a person who is found, in source pixels.
         """
         if heat.stamp_ns == self._stamp_ns:
             return []

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-What moves in the scene where nobody is tracked yet.
+What moves in the scene where no person is tracked yet.
 
 It is looked for in a small image, by the difference from a moment ago and from the background,
 which is learnt where nothing moves.  No empty scene is needed: a walker stands out as soon as he
@@ -111,7 +111,7 @@ class MotionDetector:
         """
         Look at the newest frame of the scene.
 
-        :param taken: boxes in the searched image in which nobody is looked for, because it is
+        :param taken: boxes in the searched image in which no person is looked for, because it is
             known who is there.
         """
         view = self._view
