@@ -3,8 +3,8 @@
 """
 Finding people who walk, without a box: moving blobs that keep having the shape of a body.
 
-A logistic regression says whether a candidate walks.  ``walking.json`` holds rows of a measure, its
-weight and the range it is cut to; two rows of the same measure bend the line at the median of
+A logistic regression says whether a candidate walks.  ``walking.json`` holds rows of a measure,
+its weight and the range it is cut to; two rows of the same measure bend the line at the median of
 people.  ``benchmarks/walking.py`` learns it.
 """
 
