@@ -328,7 +328,7 @@ def play_outside(draw: Callable[..., Any]) -> None:
         for matches in found:
             image, tracks = held.pop(matches[0].stamp_ns)
             likelihoods = [track.likelihood for track in tracks]
-            masks = segmenter.update(image, likelihoods, matches, outside=True)
+            masks = segmenter.update(image, likelihoods, matches, external=True)
             for track, match, mask in zip(tracks, matches, masks.people, strict=True):
                 check_person(track, match, mask, shape)
 

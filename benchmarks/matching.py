@@ -293,7 +293,9 @@ def measure_update(matcher: SequenceMatcher, repeats: int) -> float:
         stamp = 10**9 + number * 10**9 // 30
         times.append(
             cost(
-                partial(matcher.update, likelihood, box, stamp, track_id=1, source_size=(320, 240))
+                partial(
+                    matcher.add_frame, likelihood, box, stamp, track_id=1, source_size=(320, 240)
+                )
             )
         )
     return round(float(np.median(times[20:])), 3)

@@ -10,7 +10,7 @@ tails of its neighbours.  (After the object and background densities of Collins 
 
 In a grey image only the brightness would tell a person from the surroundings.  There the local
 energy of the gradient, across and down (:func:`gray_lab`), stands where a colour image has a* and
-b*: even cloth is told from a wall of the same brightness that has a texture.  (Shape-texture
+b*: even cloth differs from a wall of the same brightness that has a texture.  (Shape-texture
 beside colour after Wang and Yagi, IEEE Transactions on Image Processing 17(2), 2008.)
 """
 
@@ -206,7 +206,7 @@ class ColourModel:
         self._used = np.zeros(BINS**3, np.bool_)
         self.table = np.full_like(self._histogram, floor)
 
-    def learn(
+    def accumulate(
         self,
         bins: NDArray[np.uint16],
         rows: NDArray[np.float32],
@@ -244,9 +244,9 @@ class ColourModel:
         if self._used.any():
             nothing = np.zeros((1, 1), np.uint16)
             one = np.ones((1, 1), np.float32)
-            self.learn(nothing, np.zeros((1, 1), np.float32), one, 0.0)
+            self.accumulate(nothing, np.zeros((1, 1), np.float32), one, 0.0)
 
-    def whole(self) -> NDArray[np.float32]:
+    def body_histogram(self) -> NDArray[np.float32]:
         """Return the histogram of the whole body, (BINS^3,) float32 with sum one."""
         whole = self._histogram.sum(axis=1)
         total = float(whole.sum())

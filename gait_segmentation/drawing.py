@@ -64,7 +64,7 @@ def track_colour(track_id: int) -> Colour:
 
 
 def view_word(azimuth: float) -> str:
-    """Say in words where somebody walks, from the azimuth in radians (0 right, pi/2 away)."""
+    """Say in words where a person walks, from the azimuth in radians (0 right, pi/2 away)."""
     return _VIEWS[round(azimuth / (math.pi / 4)) % 8]
 
 

@@ -6,7 +6,7 @@ Boxes, body frames and the transforms between template, working image and source
 Coordinates
     Image coordinates have x to the right and y down.  A *length* or *position* is continuous:
     the pixel in column 0 covers x from 0 to 1 and its centre is at x = 0.5, so a position is
-    carried from one image size to another by multiplying with the ratio of the sizes, and by
+    scaled from one image size to another by multiplying with the ratio of the sizes, and by
     nothing else.  ``cv2`` counts pixel centres as integers instead; :func:`pixel_affine` turns a
     transform of positions into the matrix ``cv2.warpAffine`` wants.
 

@@ -17,16 +17,16 @@ from gait_segmentation.errors import InputError
 _MOST_KEPT = 16
 """Maps kept whose frames have not come."""
 
-_GRADE = 16
-"""Values of a map that are taken for one grade."""
+_BIN_WIDTH = 16
+"""Values of a map in one bin."""
 
 _RATE = 0.1
-"""Least share by which what is known of the grades moves towards the newest mask."""
+"""Least share by which the shares move towards the newest mask."""
 
 
 @dataclass(frozen=True)
 class HeatMap:
-    """Where people are as others see it: (h, w) uint8 of any size, and the stamp of its frame."""
+    """A heat map of people: (h, w) uint8 of any size, and the stamp of its frame."""
 
     values: NDArray[np.uint8]
     stamp_ns: int
@@ -38,10 +38,6 @@ class HeatMaps:
     def __init__(self) -> None:
         """Begin without a map."""
         self._maps: deque[HeatMap] = deque(maxlen=_MOST_KEPT)
-
-    def clear(self) -> None:
-        """Forget all maps."""
-        self._maps.clear()
 
     def add(self, heat_map: NDArray[Any], stamp_ns: int) -> None:
         """
@@ -65,11 +61,11 @@ class HeatMaps:
         return max(fitting, key=lambda each: each.stamp_ns, default=None)
 
 
-class Grades:
+class MapCalibration:
     """
-    What the values of a map mean, learnt from where the person was.
+    What the values of a map mean, calibrated by the masks of a person.
 
-    For every grade of a map the shares of the person's pixels and of the others that have it are
+    For every bin of values the shares of the person's pixels and of the others that have it are
     known, and the evidence of a pixel is the log of their ratio::
 
         L(v) = ln (p(v | person) + floor) / (p(v | other) + floor)
@@ -84,33 +80,33 @@ class Grades:
         """
         self._floor = floor
         self.shares: NDArray[np.float64] | None = None
-        """Of the person's pixels and of the others with each grade, (2, grades)."""
+        """Of the person's pixels and of the others in each bin, (2, bins)."""
 
-        self._lessons = 1
+        self._masks = 1
 
     @staticmethod
     def count(values: NDArray[np.uint8], person: NDArray[np.uint8]) -> NDArray[np.float64]:
         """
-        Return which share of the person and of the rest has each grade, (2, grades).
+        Return which share of the person and of the rest is in each bin, (2, bins).
 
         :param values: (h, w) uint8, a part of a map.
         :param person: (h, w) uint8, non-zero on the person.
         """
-        bins, range_ = [256 // _GRADE], [0.0, 256.0]
+        bins, range_ = [256 // _BIN_WIDTH], [0.0, 256.0]
         own, all_ = (
             cv2.calcHist([values], [0], part, bins, range_).ravel() for part in (person, None)
         )
         return _normalized(np.stack([own, all_ - own]))
 
-    def believe(self, values: NDArray[np.uint8]) -> None:
-        """Take the values of a map, (h, w) uint8, for the probabilities they seem to be."""
+    def assume_probabilities(self, values: NDArray[np.uint8]) -> None:
+        """Begin with the values of a map, (h, w) uint8, as probabilities."""
         counts = cv2.calcHist([values], [0], None, [256], [0.0, 256.0]).ravel()
         likely = (np.arange(256) + 0.5) / 256
         fine = np.stack([likely * counts, (1 - likely) * counts])
-        self.shares = _normalized(fine.reshape(2, -1, _GRADE).sum(axis=2))
+        self.shares = _normalized(fine.reshape(2, -1, _BIN_WIDTH).sum(axis=2))
 
-    def learn(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
-        """Learn where the person was, who is seen in part; see :meth:`count`."""
+    def add_mask(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
+        """Update the shares with a map and the mask of its frame; see :meth:`count`."""
         shares = self.count(values, person)
         if not shares.any(axis=1).all():
             return
@@ -118,8 +114,8 @@ class Grades:
             self.shares = shares
         else:
             # What was known before any mask is worth one.
-            self._lessons += 1
-            rate = max(_RATE, 1 / self._lessons)
+            self._masks += 1
+            rate = max(_RATE, 1 / self._masks)
             self.shares = self.shares + rate * (shares - self.shares)
 
     def evidence(self, values: NDArray[np.uint8], weight: float = 1.0) -> NDArray[np.float32]:
@@ -131,7 +127,7 @@ class Grades:
         if self.shares is None or not weight:
             return np.zeros(values.shape, np.float32)
         person, other = self.shares + self._floor
-        table = np.repeat(weight * np.log(person / other), _GRADE).astype(np.float32)
+        table = np.repeat(weight * np.log(person / other), _BIN_WIDTH).astype(np.float32)
         return np.asarray(cv2.LUT(values, table))
 
 
@@ -141,8 +137,8 @@ def _normalized(counts: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def says_something(values: NDArray[np.uint8]) -> bool:
-    """Return whether a map, (h, w) uint8, has more than one grade."""
-    return int(values.max()) // _GRADE > int(values.min()) // _GRADE
+    """Return whether a map, (h, w) uint8, has values in more than one bin."""
+    return int(values.max()) // _BIN_WIDTH > int(values.min()) // _BIN_WIDTH
 
 
 def heat_map_of(array: NDArray[Any]) -> NDArray[np.uint8]:

@@ -30,7 +30,7 @@ from gait_segmentation.files.output_files import named
 _PACKAGE = __name__.partition('.')[0]
 
 if not os.path.isabs(os.path.expanduser('~')):
-    # Nobody has a home, and Numba would make a folder of that name.
+    # The user nobody has no home, and Numba would make a folder of that name.
     os.environ.setdefault('XDG_CACHE_HOME', os.devnull)
 
 
@@ -51,7 +51,7 @@ def kernel(*calls: str, **options: Any) -> Callable[[Callable[..., Any]], Any]:
     """
 
     def made(function: Callable[..., Any]) -> Any:
-        # Nobody calls kernels from C, and without what that needs they are compiled sooner.
+        # Kernels are not called from C, and without what that needs they are compiled sooner.
         compiled = njit(nogil=True, no_cfunc_wrapper=True, **options)(function)
         try:
             compiled.enable_caching()

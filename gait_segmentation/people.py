@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Several people: how many are looked after at a time, and threads that share the work."""
+"""Several people: how many are tracked at a time, and threads that share the work."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def slot_name(slot: int) -> str:
     return f'person_{slot}'
 
 
-class Crew:
+class TaskPool:
     """
     Runs tasks, several at a time if there are several.
 
@@ -65,7 +65,7 @@ class Crew:
         if self._threads < 2 or len(tasks) < 2:
             return [task() for task in tasks]
         if self._pool is None:
-            self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix='crew')
+            self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix='people')
         futures = [self._pool.submit(task) for task in tasks]
         wait(futures)
         return [future.result() for future in futures]

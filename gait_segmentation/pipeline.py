@@ -63,20 +63,20 @@ class FrameResult:
     timings_ms: dict[str, float]
 
     @classmethod
-    def nobody(
+    def empty(
         cls, track: TrackResult, shape: tuple[int, int], slots: int, reason: str
     ) -> FrameResult:
         """
-        Return that nobody is seen in a frame.
+        Return the empty result of a frame.
 
-        :param track: the same of the tracker, of every slot.
+        :param track: the empty result of the tracker, of every slot.
         :param shape: (H, W) of the image.
         :param reason: why there is no mask.
         """
         stamp_ns, mask = track.stamp_ns, np.zeros(shape, np.uint8)
         person = PersonResult(
             track,
-            MatchResult.nobody(stamp_ns, 0, track.likelihood.shape),
+            MatchResult.empty(stamp_ns, 0, track.likelihood.shape),
             SegmentationResult(stamp_ns, 0, mask, reason),
         )
         return cls(stamp_ns, (person,) * slots, mask, mask, {})
@@ -97,7 +97,7 @@ class Pipeline:
         clock: Callable[[], float] = float,
     ) -> None:
         """
-        Make a pipeline that tracks nobody.
+        Make a pipeline without tracks.
 
         :param bank: the templates; the standard bank if None.
         :param clock: seconds for ``timings_ms``, e.g. ``time.perf_counter``; without it all are
@@ -113,19 +113,23 @@ class Pipeline:
         self.matcher = PeopleMatcher(self.bank, config.matching, max_people=slots, threads=threads)
         self.segmenter = PeopleSegmenter(config.segmentation, max_people=slots, threads=threads)
         self._held: HeldFrames[tuple[NDArray[np.uint8], list[TrackResult], bool]] = HeldFrames()
-        self._unlearnt: list[tuple[list[Feedback], dict[str, float]]] = []
+        self._feedback: list[tuple[list[Feedback], dict[str, float]]] = []
         self._stamps = Stamps()
         self.stale = 0
         """Frames dropped since their stamps were not later than those before."""
 
-    def reset(self) -> None:
-        """Forget everybody."""
-        self.tracker.reset()
+    def reset(self, *, waiting: bool = True) -> None:
+        """
+        Drop all tracks and results that are held back; any stamp may follow.
+
+        :param waiting: whether to drop the boxes and maps that wait for the next frame, too.
+        """
+        self.tracker.reset(waiting=waiting)
         self.matcher.reset()
         self.segmenter.reset()
-        self._held.clear()
-        self._unlearnt.clear()
-        self._stamps.reset()
+        self._held = HeldFrames()
+        self._feedback.clear()
+        self._stamps = Stamps()
 
     def initialize(self, box: Box) -> None:
         """Start a new track at the next frame from a tight box in source pixels."""
@@ -133,7 +137,7 @@ class Pipeline:
 
     def add_heat_map(self, heat_map: NDArray[Any], stamp_ns: int) -> None:
         """
-        Take in where people are as others see it; see :meth:`PeopleTracker.add_heat_map`.
+        Add a heat map of people; see :meth:`PeopleTracker.add_heat_map`.
 
         :raises InputError: if it is no heat map.
         """
@@ -151,7 +155,7 @@ class Pipeline:
         """
         Take in a frame.
 
-        Nothing of what is given is written to, or read again after the call; what is returned
+        Arguments are not written to, nor read again after the call; what is returned
         may be written to.
 
         :param image: (H, W, 3) uint8 BGR.
@@ -159,15 +163,14 @@ class Pipeline:
             everything is reset; otherwise one that is not later is dropped and counted.
         :param likelihood: a likelihood image to use in place of the tracker's, for every person:
             (H, W) uint8 or smaller with the same proportions.
-        :param heat_map: where people are as others see it in this frame: evidence beside the
+        :param heat_map: a heat map of people in this frame: evidence beside the
             tracker's own, see :meth:`add_heat_map`.
         :param learn: whether to learn from the results at once.  Who has to hand them on first
-            calls :meth:`learn` after that; it is done before the next frame otherwise.
+            calls :meth:`apply_feedback` after that; it is done before the next frame otherwise.
         :returns: the results that are complete now.
         :raises InputError: if the frame cannot be used; the state is then as before.
         """
-        if self._unlearnt:
-            self.learn()
+        self.apply_feedback()
         started = self._clock()
         check_image(image)
         check_stamp(stamp_ns)
@@ -178,7 +181,11 @@ class Pipeline:
             self.stale += 1
             return []
         if order is Order.RESET:
-            self._begin_anew(image, heat_map)
+            # Not for a frame that cannot be used.
+            self.tracker.check(image)
+            if heat_map is not None:
+                heat_map_of(heat_map)
+            self.reset(waiting=False)
         tracks = self.tracker.update(image, stamp_ns, heat_map)
         self._stamps.newest_ns = stamp_ns
         waits = self.config.matching.lag > 0
@@ -188,38 +195,28 @@ class Pipeline:
         tracked = self._clock()
         matches = self.matcher.update(tracks, source_size=(image.shape[1], image.shape[0]))
         matched = self._clock()
-        # Until then the caller may have filled its buffer anew.
+        # Until then the caller may have filled its buffer again.
         kept = image.copy() if waits else image
         self._held.hold(stamp_ns, (kept, tracks, likelihood is not None))
         times = {'tracking': tracked - started, 'matching': matched - tracked}
         results = [self._finish(frame, times) for frame in matches]
         if learn:
-            self.learn()
+            self.apply_feedback()
         return results
 
-    def _begin_anew(self, image: NDArray[np.uint8], heat_map: NDArray[Any] | None) -> None:
-        """Forget everybody, but not the boxes that wait, unless a frame cannot be used."""
-        self.tracker.check(image)
-        if heat_map is not None:
-            heat_map_of(heat_map)
-        self.tracker.reset(waiting=False)
-        self.matcher.reset()
-        self.segmenter.reset()
-        self._held.clear()
-
     def flush(self) -> list[FrameResult]:
-        """Return the results that the lag still holds back, and let the window begin anew."""
+        """Return the results that the lag still holds back, and end the paths."""
         started = self._clock()
         matches = self.matcher.flush()
         times = {'tracking': 0.0, 'matching': self._clock() - started}
         results = [self._finish(frame, times) for frame in matches]
-        self.learn()
+        self.apply_feedback()
         return results
 
-    def learn(self) -> None:
-        """Learn from the results that have not been learnt from; ``timings_ms`` are made whole."""
-        unlearnt, self._unlearnt = self._unlearnt, []
-        for feedback, timings_ms in unlearnt:
+    def apply_feedback(self) -> None:
+        """Let the tracker learn from the newest masks; its time is added to ``timings_ms``."""
+        waiting, self._feedback = self._feedback, []
+        for feedback, timings_ms in waiting:
             started = self._clock()
             self.tracker.learn(feedback)
             passed_ms = 1e3 * (self._clock() - started)
@@ -227,10 +224,10 @@ class Pipeline:
             timings_ms['total'] += passed_ms
 
     def _finish(self, matches: Sequence[MatchResult], times: dict[str, float]) -> FrameResult:
-        image, tracks, outside = self._held.take(matches[0].stamp_ns)
+        image, tracks, external = self._held.take(matches[0].stamp_ns)
         started = self._clock()
         likelihoods = [track.likelihood for track in tracks]
-        masks = self.segmenter.update(image, likelihoods, matches, outside=outside)
+        masks = self.segmenter.update(image, likelihoods, matches, external=external)
         seconds = {**times, 'segmentation': self._clock() - started}
         seconds['total'] = sum(seconds.values())
         timings_ms = {name: 1e3 * value for name, value in seconds.items()}
@@ -241,7 +238,7 @@ class Pipeline:
             for track, match, found in people
             if track.track_id
         ]
-        self._unlearnt.append((feedback, timings_ms))
+        self._feedback.append((feedback, timings_ms))
         return FrameResult(
             tracks[0].stamp_ns,
             tuple(PersonResult(*each) for each in people),

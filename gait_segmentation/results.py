@@ -43,14 +43,15 @@ class TrackResult:
     ``state`` is ``'empty'``, ``'tracked'``, or ``'lost'`` when the person is hidden or gone and
     waited for; if not given, it is empty or tracked by the track id.  ``track_id`` is never used
     twice; 0 means the slot is empty.  ``box`` is the tight box of the person in source pixels,
-    None when nobody is seen.  ``likelihood`` is the foreground likelihood image, uint8 of the
-    working size, 255 = surely person (black when nobody is seen).  ``confidence`` in 0..1 says
+    None when no person is visible.  ``likelihood`` is the foreground likelihood image, uint8 of
+    the working size, 255 = surely person (black when none is).  ``confidence`` in 0..1 says
     how well the person stands out from the surroundings, of which what is hidden takes its share.
 
     ``body`` is the box of the whole body, also of what is hidden or outside of the image: what
     the matcher starts from; if not given, it is the box.  ``angle`` is its tilt in radians,
     positive when the head leans to the right; it is turned by it about its centre.  ``features``
-    are all of the pool, best first, if the likelihood is made of features.
+    are all of the pool, best first, if the likelihood is made of features.  ``reason`` says in
+    words why somebody is lost, or why the last track of an empty slot ended.
     """
 
     stamp_ns: int
@@ -62,6 +63,7 @@ class TrackResult:
     state: str = ''
     body: Box | None = None
     features: tuple[FeatureWeight, ...] = ()
+    reason: str = ''
 
     def __post_init__(self) -> None:
         """Fill in state and body."""
@@ -77,7 +79,7 @@ class MatchResult:
     The state of the best path at the emitted frame.
 
     ``stamp_ns`` is the emitted frame, which lies ``lag`` frames before the newest one.
-    ``body`` is where the template stands, in source pixels, None when nobody is tracked (then
+    ``body`` is where the template stands, in source pixels, None when no person is tracked (then
     the numbers are 0 and ``shape_prior`` is black).  ``placement`` is the same relative to the
     tracked box.  ``sequence`` and ``phase_index`` name the template in the bank.
     ``phase`` is the gait phase in [0, 1), 0 = heel contact of the leg nearer to the camera (seen
@@ -106,8 +108,8 @@ class MatchResult:
     box: Box | None = None
 
     @classmethod
-    def nobody(cls, stamp_ns: int, track_id: int, shape: tuple[int, ...]) -> MatchResult:
-        """Return that nobody is tracked in a frame; ``shape`` is (h, w) of its likelihood."""
+    def empty(cls, stamp_ns: int, track_id: int, shape: tuple[int, ...]) -> MatchResult:
+        """Return that of a frame without a person; ``shape`` is (h, w) of its likelihood."""
         prior = np.zeros(shape, np.uint8)
         return cls(stamp_ns, track_id, None, None, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, prior)
 

@@ -39,10 +39,6 @@ class Stamps:
 
     newest_ns = 0
 
-    def reset(self) -> None:
-        """Begin without any stamp."""
-        self.newest_ns = 0
-
     def order(self, stamp_ns: int) -> Order:
         """Return how a stamp stands to those taken, without taking it."""
         if stamp_ns > self.newest_ns:
@@ -139,7 +135,3 @@ class HeldFrames(Generic[Frame]):
                 yield frame, result if stamp_ns == result.stamp_ns else None
         while self._frames and (last or self._frames[0][0] is None):
             yield self._frames.popleft()[1], None
-
-    def clear(self) -> None:
-        """Let go of all frames."""
-        self._frames.clear()

@@ -74,7 +74,7 @@ def _source(context):
     def given(name):
         return LaunchConfiguration(name).perform(context)
 
-    # Both the tracker and the segmenter look at the images, and the detector if there is one.
+    # Both the tracker and the segmenter read the images, and the detector if there is one.
     readers = (1 if given('style') == 'single' else 2) + (given('detector') != 'none')
     options = [word for name in ('rate', 'rotate', 'width') for word in (f'--{name}', given(name))]
     options += ['--wait-for', str(readers), '--wait-timeout', '120', '--delay', DELAY_S]

@@ -25,10 +25,10 @@ def test_unseen_colours_have_the_floor() -> None:
     colours = model()
     bins = np.zeros((BANDS, 4), np.uint16)
     rows = np.repeat(np.linspace(0.01, 0.99, BANDS, dtype=np.float32)[:, None], 4, 1)
-    colours.learn(bins, rows, np.zeros(bins.shape, np.float32), 1)
+    colours.accumulate(bins, rows, np.zeros(bins.shape, np.float32), 1)
     assert np.all(colours.table == np.float32(1e-4))
-    assert colours.whole().sum() == 0
-    colours.learn(bins, rows, np.ones(bins.shape, np.float32), 0.15)
+    assert colours.body_histogram().sum() == 0
+    colours.accumulate(bins, rows, np.ones(bins.shape, np.float32), 0.15)
     assert np.all(colours.table[1:] == np.float32(1e-4))
     assert colours.table[0] == pytest.approx(np.full(BANDS, 1 + 1e-4), abs=1e-5)
 
@@ -37,7 +37,7 @@ def test_each_band_knows_its_own_colour_best() -> None:
     colours = model()
     rows = np.repeat(((np.arange(BANDS) + 0.5) / BANDS).astype(np.float32)[:, None], 10, 1)
     bins = np.repeat(np.arange(BANDS, dtype=np.uint16)[:, None], 10, 1)
-    colours.learn(bins, rows, np.ones(bins.shape, np.float32), 1.0)
+    colours.accumulate(bins, rows, np.ones(bins.shape, np.float32), 1.0)
     table = colours.table[:BANDS]
     assert np.array_equal(table.argmax(axis=1), np.arange(BANDS))
     # A neighbouring band counts half, one further away only through the whole body.
@@ -58,9 +58,9 @@ def test_faded_colours_are_told_by_their_lightness(chroma: int) -> None:
     lab = np.random.default_rng(1).integers(0, 255, (16, 16, 3)).astype(np.uint8)
     rows = np.repeat(np.linspace(0.01, 0.99, 16, dtype=np.float32)[:, None], 16, 1)
     coloured, gray = model(), model()
-    coloured.learn(colour_bins(lab), rows, np.ones(rows.shape, np.float32), 1.0)
+    coloured.accumulate(colour_bins(lab), rows, np.ones(rows.shape, np.float32), 1.0)
     lab[..., 1:] = chroma
-    gray.learn(colour_bins(lab), rows, np.ones(rows.shape, np.float32), 1.0)
+    gray.accumulate(colour_bins(lab), rows, np.ones(rows.shape, np.float32), 1.0)
     coloured.fade(chroma)
     assert coloured.table == pytest.approx(gray.table, abs=1e-5)
     empty = model()
@@ -99,5 +99,7 @@ def test_stripes_are_told_from_an_even_area_and_by_their_direction() -> None:
 def test_the_first_frame_is_taken_whole_and_later_ones_by_their_rate() -> None:
     colours, rows = model(), np.full((1, 4), 0.5, np.float32)
     for colour in (3, 9):
-        colours.learn(np.full((1, 4), colour, np.uint16), rows, np.ones((1, 4), np.float32), 0.1)
-    assert colours.whole()[[3, 9]] == pytest.approx([0.9, 0.1], abs=1e-4)
+        colours.accumulate(
+            np.full((1, 4), colour, np.uint16), rows, np.ones((1, 4), np.float32), 0.1
+        )
+    assert colours.body_histogram()[[3, 9]] == pytest.approx([0.9, 0.1], abs=1e-4)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.heat_maps import Grades, HeatMaps, heat_map_of, says_something
+from gait_segmentation.heat_maps import HeatMaps, MapCalibration, heat_map_of, says_something
 
 
 @pytest.mark.parametrize(
@@ -53,8 +53,6 @@ def test_the_newest_map_up_to_a_frame_counts_if_it_is_not_too_old():
     values = {stamp: None if each is None else each.values[0, 0] for stamp, each in asked.items()}
     assert values == {9: None, 10: 1, 29: 2, 30: 3, 55: 3, 56: None}
     assert maps.newest(31, 0) is None
-    maps.clear()
-    assert maps.newest(30, 1) is None
     # A map may be changed after it was given.
     heat = one(7)
     maps.add(heat, 1)
@@ -68,22 +66,22 @@ HALF = np.repeat(np.array([[1, 0]], np.uint8), 8, axis=1).reshape(1, -1)
 
 def test_grades_are_believed_until_masks_tell_what_they_mean():
     values = np.where(HALF > 0, 60, 10).astype(np.uint8)
-    grades = Grades(0.01)
-    assert not grades.evidence(values).any()
-    grades.believe(np.array([[0, 60, 200, 255]], np.uint8))
+    calibration = MapCalibration(0.01)
+    assert not calibration.evidence(values).any()
+    calibration.assume_probabilities(np.array([[0, 60, 200, 255]], np.uint8))
     asked = np.array([[0, 60, 200, 255]], np.uint8)
-    assert (np.diff(grades.evidence(asked)[0]) > 0).all()
+    assert (np.diff(calibration.evidence(asked)[0]) > 0).all()
     for _ in range(30):
-        grades.learn(values, HALF)
-    timid = grades.evidence(values)
+        calibration.add_mask(values, HALF)
+    timid = calibration.evidence(values)
     assert (timid[HALF > 0] > 2).all()
     assert (timid[HALF == 0] < -2).all()
     assert np.abs(timid).max() < np.log(1.01 / 0.01)
-    np.testing.assert_allclose(grades.evidence(values, 0.5), timid / 2, rtol=1e-5)
+    np.testing.assert_allclose(calibration.evidence(values, 0.5), timid / 2, rtol=1e-5)
     # However long it was so, it is unlearnt in some frames.
     for _ in range(30):
-        grades.learn(values, 1 - HALF)
-    assert (grades.evidence(values)[HALF > 0] < -2).all()
+        calibration.add_mask(values, 1 - HALF)
+    assert (calibration.evidence(values)[HALF > 0] < -2).all()
 
 
 def test_a_map_of_one_grade_says_nothing():

@@ -7,14 +7,14 @@ import time
 
 import pytest
 
-from gait_segmentation.people import Crew
+from gait_segmentation.people import TaskPool
 
 
 @pytest.mark.parametrize('threads', [1, 3])
 def test_results_come_in_the_order_of_the_tasks(threads: int) -> None:
-    crew = Crew(threads)
-    assert crew.run([lambda k=k: k * k for k in range(20)]) == [k * k for k in range(20)]
-    assert crew.run([]) == []
+    pool = TaskPool(threads)
+    assert pool.run([lambda k=k: k * k for k in range(20)]) == [k * k for k in range(20)]
+    assert pool.run([]) == []
 
 
 def test_the_first_error_is_raised_when_all_tasks_are_done() -> None:
@@ -31,11 +31,11 @@ def test_the_first_error_is_raised_when_all_tasks_are_done() -> None:
 
     tasks = [lambda: fail('first'), lambda: fail('second'), slow]
     with pytest.raises(ValueError, match='first'):
-        Crew(2).run(tasks)
+        TaskPool(2).run(tasks)
     assert done == [1]
 
 
 def test_tasks_run_at_the_same_time() -> None:
     meeting = threading.Barrier(2, timeout=300)
-    places = Crew(2).run([meeting.wait, meeting.wait])
+    places = TaskPool(2).run([meeting.wait, meeting.wait])
     assert sorted(places) == [0, 1]

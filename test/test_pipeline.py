@@ -66,7 +66,7 @@ def test_nobody_gives_empty_results() -> None:
     assert result.track.state == 'empty'
     assert result.match.body is None
     assert not result.segmentation.mask.any()
-    assert result.segmentation.reason == 'nobody is tracked'
+    assert result.segmentation.reason == 'no person is tracked'
     assert not frame.mask.any()
     assert not frame.labels.any()
 
@@ -169,7 +169,7 @@ def test_results_can_be_had_before_they_are_learnt_from(asked: bool, monkeypatch
         assert len(learnt) == number
         assert (result.mask == plain.mask).all()
         if asked:
-            pipe.learn()
+            pipe.apply_feedback()
             assert learnt[-1] == frame.stamp_ns
 
 
@@ -221,7 +221,7 @@ def test_timings_come_from_the_clock_given() -> None:
     # Learning counts as tracking, also if it comes later.
     [result] = pipe.update(clip()[1].image, 6, learn=False)
     before = dict(result.timings_ms)
-    pipe.learn()
+    pipe.apply_feedback()
     assert result.timings_ms['tracking'] == before['tracking'] + 1000
     assert result.timings_ms['total'] == before['total'] + 1000
     assert pipeline().update(clip()[0].image, 5)[0].timings_ms['total'] == 0

@@ -48,7 +48,7 @@ FILE and DIR but that of --summary is a folder, and gets a file or folder NAME
 (with its suffix) for each input. NAME is the input's without suffix.
 
 Outputs that exist are not made again, so an interrupted run is continued by
-the same command; --force makes them anew. What cannot be an output of this
+the same command; --force makes them again. What cannot be an output of this
 command is never replaced, with --force neither (films: whatever they show), and
 nothing is written over or into an input. Ctrl-C or an error leave what was done
 as NAME.partial, which can be read.
@@ -118,7 +118,7 @@ def parser() -> argparse.ArgumentParser:
         metavar='ADDRESS',
         help='have the workers of a Dask cluster do it; its scheduler, such as tcp://host:8786',
     )
-    add('--force', action='store_true', help='make existing outputs anew')
+    add('--force', action='store_true', help='make existing outputs again')
     return made
 
 
@@ -203,7 +203,7 @@ def _replay_all(options: argparse.Namespace) -> int:
     jobs = [job for job in wanted if job.missing(force=options.force)]
     for job in wanted:
         if job not in jobs:
-            print(f'{job.input}: done before, see {job.bag}; --force makes it anew')
+            print(f'{job.input}: done before, see {job.bag}; --force makes it again')
     reports: list[Report] = []
     if jobs:
         started = time.monotonic()
@@ -228,7 +228,7 @@ def _walks(job: Job) -> list[dict[str, object]]:
     if walks is None and job.bag.exists():
         print(
             f'gait_replay: {job.bag} says nothing of walks and is left out of the summary; '
-            '--force makes it anew',
+            '--force makes it again',
             file=sys.stderr,
         )
     rows = []
@@ -251,8 +251,8 @@ def _print(reports: list[Report], seconds: float, place: Path) -> None:
         said += [f'{path} was left incomplete' for path in report.left]
         if report.frames and not (report.seen or report.error or report.interrupted):
             said.append(
-                f'{report.input}: nobody was seen; people are found when they walk and all of '
-                'them is in the image: --box says where somebody is, --rate the true rate of '
+                f'{report.input}: no person was found; people are found when they walk and all of '
+                'them is in the image: --box says where a person is, --rate the true rate of '
                 'slow motion'
             )
         for text in said:
@@ -263,7 +263,7 @@ def _print(reports: list[Report], seconds: float, place: Path) -> None:
         where = '' if any(report.left for report in reports) else f'; see {place}'
         print(
             f'{frames} frame{"s" * (frames != 1)} in {seconds:.1f} s, '
-            f'{frames / max(seconds, 1e-9):.1f} a second, {seen} with somebody{where}'
+            f'{frames / max(seconds, 1e-9):.1f} a second, {seen} with people{where}'
         )
 
 

@@ -36,7 +36,7 @@ PROCESSORS = (1, 1024)
 """How many threads or processes may be asked for."""
 
 POLL_S = 0.05
-"""How often commands look whether what they wait for is so."""
+"""How often commands poll."""
 
 _PRESETS = {
     'default': 'gait_segmentation.yaml',
@@ -54,7 +54,7 @@ def run_tool(name: str, run: Callable[[], int | None]) -> int:
     :param run: reads the command line and does the work; what it returns is the exit code, None
         stands for 0.
     :returns: the exit code: 2 after an error of this package or of a file, 130 if interrupted, 1
-        if nobody reads the output any more.
+        if the output is not read any more.
     """
     try:
         try:

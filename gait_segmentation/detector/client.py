@@ -30,7 +30,7 @@ PYTHON = 'GAIT_DETECTOR_PYTHON'
 
 _WORKER = Path(__file__).with_name('mediapipe_worker.py')
 _LARGEST_SIDE = 640
-"""Images are scaled down to this before they are sent: the network looks at 256 x 256 pixels."""
+"""Images are scaled down to this before they are sent: the network takes 256 x 256 pixels."""
 
 _START_S = 60.0
 _MAP_S = 10.0
@@ -105,7 +105,7 @@ class Detector:
             # Of another Python, whose packages it may not have before its own.
             environment.pop('PYTHONPATH', None)
             environment.pop('PYTHONHOME', None)
-        # A file, which never has the process wait for somebody to read it.
+        # A file, which never has the process wait for a reader.
         self._said = tempfile.TemporaryFile()  # noqa: SIM115
         try:
             self._process = subprocess.Popen(
@@ -143,9 +143,6 @@ class Detector:
         """End the process, if it runs."""
         if self._process is not None:
             self._end(self._process)
-
-    reset = close
-    """Forget what was seen."""
 
     def _end(self, process: subprocess.Popen[bytes]) -> str:
         """End the process; return what it said last, or its exit code."""

@@ -65,7 +65,7 @@ class TemplateBank:
     :param fill: share of the rows the body takes.
     :param provenance: how the bank was made, name -> text.
     :param finer: the same builds in more directions, in the grid of :func:`fine_grid`, by which
-        phases are told; None if there are no such views.
+        phases are estimated; None if there are no such views.
 
     Phase p of every sequence is at p / P of the stride, 0 = heel contact of the *right* leg, so
     that phases agree between neighbouring views.

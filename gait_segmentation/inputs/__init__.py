@@ -32,7 +32,7 @@ def open_input(
     sample_bits: int = 16,
 ) -> ImageSource:
     """
-    Open an input of whatever kind it is, and look at its first frame.
+    Open an input of whatever kind it is, and read its first frame.
 
     :param path: a film, a folder of images, a rosbag2 (folder, .mcap or .db3) or a ROS 1 bag.
     :param topic: of the images in a bag; it may be left out where there is only one, and must be

@@ -30,7 +30,7 @@ _RATE_FRAMES = 60
 
 
 def is_bag(path: Path) -> bool:
-    """Return whether a path looks like a bag: by its suffix, or by what the folder holds."""
+    """Return whether a path seems to be a bag: by its suffix, or by what the folder holds."""
     if not path.is_dir():
         return path.suffix in ('.bag', *_STORAGE)
     about = path / 'metadata.yaml'

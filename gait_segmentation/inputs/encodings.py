@@ -244,7 +244,7 @@ def claimed_shape(message: ImageLike) -> tuple[int, int] | None:
     """
     Return (height, width) that an image claims to have, None if it says nothing sensible.
 
-    A size is only believed of as many bytes as pixels: empty answers are made of it.  Compressed
+    A size is only accepted with as many bytes as pixels: empty answers are made of it.  Compressed
     images claim none.
     """
     if not hasattr(message, 'height'):

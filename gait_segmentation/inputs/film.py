@@ -30,7 +30,7 @@ _LOGGER = logging.getLogger('gait_segmentation')
 _FRAME_ID = 'camera'
 _MP4_BEGINS = (b'ftyp', b'wide', b'free', b'mdat')
 _OFF = 0.5
-"""Periods by which a frame's own time may differ from the rate before it is believed instead."""
+"""Periods by which a frame's own time may differ from the rate before it is used instead."""
 
 
 def _stamp_ns(number: int, fps: float) -> int:
@@ -61,7 +61,7 @@ class FilmSource(ImageSource):
             check_pixels((width, height), self._max_pixels)
         except InputError as error:
             raise SequenceError(f'{self.path}: {error}') from error
-        # A hint: films are trimmed without being encoded anew, and some formats only estimate.
+        # A hint: films are trimmed without being encoded again, and some formats only estimate.
         return claimed if 0 < claimed <= MOST_FRAMES else None
 
     def _why_closed(self) -> str:
@@ -72,7 +72,7 @@ class FilmSource(ImageSource):
                     if data.find(b'moov') < 0:
                         return (
                             'the recording was cut off before it was finished: its index (moov '
-                            'atom), which is written last, is missing; record or copy it anew'
+                            'atom), which is written last, is missing; record or copy it again'
                         )
         return 'it is none, or OpenCV lacks its codec'
 
@@ -106,15 +106,15 @@ class FilmSource(ImageSource):
                     first_ns = max(0, round(1e9 * capture.get(cv2.CAP_PROP_PTS) / fps))
                 differs = abs(own_ns - stamp_ns) > _OFF * 1e9 / fps
                 if not self._rate:
-                    believed = differs and first_ns + own_ns > last_ns
-                    stamp_ns = first_ns + (own_ns if believed else stamp_ns)
+                    plausible = differs and first_ns + own_ns > last_ns
+                    stamp_ns = first_ns + (own_ns if plausible else stamp_ns)
                 last_ns = stamp_ns = max(stamp_ns, last_ns + 1)
                 yield Entry(stamp_ns, stamp_ns, _FRAME_ID, partial(_retrieve, capture))
                 number += 1
             if not number:
                 raise SequenceError(
                     f'{self.path}: no frame can be decoded; its codec is {self._codec!a}: encode '
-                    'it anew, such as with ffmpeg -i FILE NEW.mp4'
+                    'it again, such as with ffmpeg -i FILE NEW.mp4'
                 )
         finally:
             capture.release()

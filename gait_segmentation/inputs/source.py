@@ -104,7 +104,7 @@ class ImageSource(ABC):
         sample_bits: int = 16,
     ) -> None:
         """
-        Look at the first frame; the parameters are those of :func:`open_input`.
+        Read the first frame; the parameters are those of :func:`open_input`.
 
         :raises SequenceError: if the input is missing, holds no images, or has no such frames.
         """

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-Where people are in metres, which way they walk and how fast.
+Where people are in metres, in which direction they walk and how fast.
 
 Frames
     The *camera's* is the optical one: x right, y down, z into the scene.  The *ground's* has z up,

@@ -24,9 +24,9 @@ _FOCAL = (0.01, 1000.0)
 _ASIDE = 10.0
 """How far the principal point of a cropped image may lie beside it, in sizes of the image."""
 _SAMPLES = 500
-"""Pixels of a body that are looked at."""
+"""Pixels of a body that are used."""
 _INSIDE = 0.01
-"""How far inside the outline depth is believed, in heights of the mask: at the edge it mixes."""
+"""How far inside the outline depth is trusted, in heights of the mask: at the edge it mixes."""
 _LEAST_VALID = 0.2
 """Share of the body's pixels that must have a depth."""
 _REACH_M = 0.5

@@ -15,15 +15,15 @@ class LocalizationConfig(StageConfig):
 
     camera_height: float = parameter(
         0.0,
-        'Height of the camera above the ground, where no ground_frame tells it. 0 = unknown: '
-        'only depth images tell where people are.',
+        'Height of the camera above the ground, where there is no ground_frame. 0 = unknown: '
+        'only depth images locate people.',
         unit='m',
         minimum=0.0,
         maximum=100.0,
     )
     camera_pitch: float = parameter(
         0.0,
-        'How far the camera looks down, where no ground_frame tells it.',
+        'How far the camera looks down, where there is no ground_frame.',
         unit='degrees',
         minimum=-89.0,
         maximum=89.0,
@@ -53,8 +53,7 @@ class LocalizationConfig(StageConfig):
     )
     surface_depth: float = parameter(
         0.14,
-        "How far a body's axis lies behind the surface that a depth camera sees, in the median "
-        'over the body: that of the gait model, seen from all sides.',
+        "How far a body's axis lies behind the surface that a depth camera sees (median).",
         unit='m',
         minimum=0.0,
         maximum=0.5,

@@ -30,19 +30,19 @@ DEPTH, GROUND, PREDICTED = 'depth', 'ground', 'predicted'
 """Where a place comes from."""
 
 _WATCHED_S = 0.5
-"""How long somebody is watched, about a step, until it is said how fast they are."""
+"""Time of a track, about a step, before it has a speed."""
 
 _LEAST_ERROR_M = 1e-3
 """Standard deviation that every place has at least, whatever is said to be exact."""
 
 _BELOW = math.sin(math.radians(5))
-"""Within this of straight below (or above) the camera it cannot be said which way somebody is."""
+"""Within this of straight below (or above) the camera the direction to a person is unknown."""
 
 _FARTHEST_M = 1e4
 """Distance beyond which a place is none."""
 
 _FASTEST_M_S = 4.5
-"""Speed that nobody walks at."""
+"""Speed above that of walkers."""
 
 _STEPS = (0.05, 0.9)
 """Lengths of the steps of walkers, in statures."""
@@ -92,7 +92,7 @@ class Location:
 
 
 class _Place(NamedTuple):
-    """When and where somebody was, in the ground's frame, with covariance and source."""
+    """When and where a person was, in the ground's frame, with covariance and source."""
 
     time_s: float
     at: Floats
@@ -161,7 +161,7 @@ class Localizer:
     """Locates people frame by frame; remembers the places of each track for its velocity."""
 
     def __init__(self, config: LocalizationConfig | None = None) -> None:
-        """Begin with nobody."""
+        """Begin without tracks."""
         self.config = config or LocalizationConfig()
         self.failures = 0
         """People that could not be located because of an error that nothing here provides for."""
@@ -169,7 +169,7 @@ class Localizer:
         self.reset()
 
     def reset(self) -> None:
-        """Forget everybody."""
+        """Drop all tracks."""
         self._tracks: dict[int, _Track] = {}
         self.reasons: tuple[str, ...] = ()
         """Why people of the last frame are not located, one a slot; empty if they are."""
@@ -190,7 +190,7 @@ class Localizer:
         :param pose: where the camera is over the ground in this frame; None = as configured.
         :param depth: (H, W), registered to the image, along the camera's z:
             uint16 in millimetres or float32 in metres.
-        :returns: one a slot, None where nobody is, or it cannot be said where: then
+        :returns: one a slot, None where there is no person or no location: then
             :attr:`reasons` say why.
         :raises InputError: if the camera is of images of another size.
         """
@@ -227,9 +227,9 @@ class Localizer:
         depth: DepthImage | None,
     ) -> Location | None:
         """
-        Locate somebody.
+        Locate a person.
 
-        :returns: None if it is nobody.
+        :returns: None if there is none.
         :raises InputError: if it cannot be said where they are, with the reason.
         """
         if match.body is None or not match.track_id:
@@ -287,7 +287,7 @@ class Localizer:
         return view.place(view.soles[:2] / level, distance, (pixels, along), GROUND)
 
     def _predicted(self, walk: _Track, time_s: float) -> _Place | None:
-        """Return where somebody who was seen in depth just before must be by now."""
+        """Return the predicted place of a person who was just located by depth."""
         motion = self._motion(walk, DEPTH)
         if motion is None or motion.last.time_s - walk[0].time_s < _WATCHED_S:
             return None
@@ -298,7 +298,7 @@ class Localizer:
         return _Place(time_s, at, covariance, PREDICTED)
 
     def _motion(self, walk: _Track, source: str) -> _Motion | None:
-        """Return how somebody moves by the places from a source, None of fewer than three."""
+        """Return the motion by the places from a source, None of fewer than three."""
         samples = [each for each in walk if each.source == source]
         if len(samples) < 3:
             return None
@@ -350,24 +350,26 @@ class Localizer:
         """Return yaw and its error: gait and motion, each weighed by how sure it is."""
         right = np.array([away[1], -away[0]])
         across, along = math.cos(azimuth) * right, math.sin(azimuth) * away
-        ways = [across + along, across - along]
+        headings = [across + along, across - along]
         weight = 1 / math.radians(self.config.gait_error) ** 2
         speed = 0.0 if motion is None else math.hypot(*motion.velocity)
         if motion is None or speed == 0:
-            return math.atan2(ways[0][1], ways[0][0]), 1 / math.sqrt(weight)
+            return math.atan2(headings[0][1], headings[0][0]), 1 / math.sqrt(weight)
         ahead = motion.velocity / speed
         sideways = np.array([-ahead[1], ahead[0]])
         by_motion = speed**2 / (sideways @ motion.covariance @ sideways)
         # From the front and from behind silhouettes are alike: which it is the motion says.
-        way = max(ways, key=lambda each: float(each @ ahead)) if by_motion > weight else ways[0]
-        joint = weight * way + by_motion * ahead
+        heading = headings[0]
+        if by_motion > weight:
+            heading = max(headings, key=lambda each: float(each @ ahead))
+        joint = weight * heading + by_motion * ahead
         return math.atan2(joint[1], joint[0]), 1 / math.sqrt(weight + by_motion)
 
 
 def _of_walker(
     speed: float, stride_rate: float, stature: float
 ) -> tuple[float | None, float | None]:
-    """Return speed and step length, None where they are not those of somebody who walks."""
+    """Return speed and step length, None where they are not those of a walker."""
     # Written so that what is no number is left out.
     if not speed <= _FASTEST_M_S:
         return None, None

@@ -105,7 +105,7 @@ class SimilarityMaps:
         self._matrix = coded.new_matrix()
         self._maps = np.zeros((coded.rows, 0), np.int16)
 
-    def update(self, sampled: Sampled, searched: SearchRange) -> NDArray[np.int16]:
+    def compare(self, sampled: Sampled, searched: SearchRange) -> NDArray[np.int16]:
         """
         Compare a frame.
 

@@ -36,7 +36,7 @@ from gait_segmentation.matching.placements import (
     refined_box,
     warp_template,
 )
-from gait_segmentation.people import Crew
+from gait_segmentation.people import TaskPool
 from gait_segmentation.results import TRACKED, MatchResult, TrackResult
 from gait_segmentation.stamps import check_later
 
@@ -52,7 +52,7 @@ def coded_bank(
     bank: TemplateBank, levels: int, windows: WindowGrid, kernel: str
 ) -> tuple[NDArray[np.uint8], CommonAreas]:
     """
-    Code the templates of a bank; those of the last banks are kept, and nobody writes to them.
+    Code the templates of a bank; those of the last banks are kept, and not written to.
 
     :param levels: grey levels of the templates.
     :param windows: where templates are laid.
@@ -147,25 +147,19 @@ class SequenceMatcher:
         self._reach = config.scale_reach, config.shift_reach, config.shift_reach
         self._searched = grid.everywhere.about(grid.center, self._reach)
         self._place = grid.center
-        self._path = PathSearch(bank, coded.row, config)
+        self._row = coded.row
         self._views = Views(bank)
-        self._phase = PhaseFinder(bank, config)
-        self._near_leg = NearLeg()
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget all frames, also those whose results have not been emitted."""
         self._stamp_ns = 0
         self._track_id = 0
-        self._begin()
+        self._start_path()
 
-    def _begin(self) -> None:
-        self._path.reset()
+    def _start_path(self) -> None:
+        self._path = PathSearch(self._bank, self._row, self.config)
         self._waiting: deque[_Waiting] = deque()
-        self._phase.reset()
-        self._near_leg.reset()
+        self._phase = PhaseFinder(self._bank, self.config)
+        self._near_leg = NearLeg()
 
-    def update(
+    def add_frame(
         self,
         likelihood: NDArray[np.uint8],
         box: Box | None,
@@ -184,7 +178,7 @@ class SequenceMatcher:
 
         :param likelihood: (h, w) uint8, 255 = surely person, of the source's proportions.
         :param box: tight box of the person in source pixels, not absurdly small, large or far
-            away (:func:`~gait_segmentation.geometry.check_matched_box`); None = nobody is tracked.
+            away (:func:`~gait_segmentation.geometry.check_matched_box`); None = no person.
         :param stamp_ns: the frame's stamp in nanoseconds, later than the last one's.
         :param track_id: who is tracked.
         :param source_size: (width, height) of the source image.
@@ -203,7 +197,7 @@ class SequenceMatcher:
             results = self.flush()
         self._stamp_ns, self._track_id = stamp_ns, track_id
         if box is None:
-            return [*results, MatchResult.nobody(stamp_ns, track_id, likelihood.shape)]
+            return [*results, MatchResult.empty(stamp_ns, track_id, likelihood.shape)]
         grid, begins = self._placements, not self._path.frames
         if begins:
             self._origin_ns = stamp_ns
@@ -213,12 +207,12 @@ class SequenceMatcher:
         sampled = grid.sample(
             likelihood, known, small, self.config.blur, angle, searched.slices[0]
         )
-        similarity = self._similarities.update(sampled, searched)
+        similarity = self._similarities.compare(sampled, searched)
         if begins:
             # Not the best template's, so that the order of the rows does not matter.
             best = searched.place(int(similarity[:, : searched.size].max(axis=0).argmax()))
             searched = searched.about(best, self._reach)
-            similarity = self._similarities.update(sampled, searched)
+            similarity = self._similarities.compare(sampled, searched)
         self._searched = searched
         self._path.step(similarity, seconds, searched)
         frame = _Waiting(stamp_ns, seconds, box, angle, scale, likelihood.shape, sampled)
@@ -228,18 +222,18 @@ class SequenceMatcher:
         self._newest = placement, azimuth, _ = self._between(leader, 0, angle)
         view = self._bank.builds[leader[0]], azimuth
         body = placement.body(small, angle)
-        self._phase.update(likelihood, known, body, view, leader[1], seconds)
+        self._phase.add_frame(likelihood, known, body, view, leader[1], seconds)
         if len(self._waiting) > self.config.lag:
             results.append(self._emit(self._path.follow()))
         return results
 
     def flush(self) -> list[MatchResult]:
-        """Return the results that the lag still holds back, and let the path begin anew."""
+        """Return the results that the lag still holds back, and end the path."""
         results = []
         if self._waiting:
             states = self._path.follow()
             results = [self._emit(states) for _ in range(len(self._waiting))]
-        self._begin()
+        self._start_path()
         return results
 
     def _about_path(self) -> SearchRange:
@@ -307,7 +301,7 @@ class SequenceMatcher:
             placement=placement,
             sequence=sequence,
             phase_index=phase,
-            phase=self._near_leg.update(share, azimuth, frame.seconds),
+            phase=self._near_leg.phase_of(share, azimuth, frame.seconds),
             phase_rate=rate,
             azimuth=azimuth,
             similarity=common / union if union else 0.0,
@@ -329,8 +323,8 @@ class PeopleMatcher:
     """
     Matches the likelihoods of several people.
 
-    Where somebody who stands nearer to the camera, with lower feet, hides a person, the person's
-    likelihood says nothing; that is where the other one's last template stands in the new frame.
+    Where a person who is nearer to the camera, with lower feet, occludes another, the likelihood
+    of the other is unknown; that is where the last template of the occluder lies in the new frame.
 
     With a lag, empty slots would answer at once and others later; a frame is handed out when
     all have answered.
@@ -352,25 +346,23 @@ class PeopleMatcher:
         :param threads: how many work at a time.
         """
         self._bank = bank
-        self._crew = Crew(threads)
+        self._pool = TaskPool(threads)
         self._count = max_people
         self.config = config or MatchingConfig()
 
     @property
     def config(self) -> MatchingConfig:
-        """Return the configuration; exchanging it begins all paths anew."""
+        """Return the configuration; exchanging it drops all paths."""
         return self._config
 
     @config.setter
     def config(self, config: MatchingConfig) -> None:
         self._config = config
-        self._slots = [SequenceMatcher(self._bank, config) for _ in range(self._count)]
         self.reset()
 
     def reset(self) -> None:
-        """Forget all frames, also those whose results have not been handed out."""
-        for slot in self._slots:
-            slot.reset()
+        """Drop all paths, also the results that are held back."""
+        self._slots = [SequenceMatcher(self._bank, self._config) for _ in range(self._count)]
         self._last: list[MatchResult | None] = [None] * self._count
         # Each slot answers every frame once, in the order of the frames.
         self._answers: list[deque[MatchResult]] = [deque() for _ in self._slots]
@@ -389,19 +381,19 @@ class PeopleMatcher:
         :raises InputError: if a value cannot be used; the frame is then skipped in all slots.
         """
         for track in tracks:
-            # Before anybody's state is changed, and where others stand is drawn.
+            # Before the state of any slot is changed, and occluders are drawn.
             check_frame(track.likelihood, source_size, track.body, track.angle)
         check_later(tracks[0].stamp_ns, self._stamp_ns)
         self._stamp_ns = tracks[0].stamp_ns
         calls = [
             partial(
-                slot.update,
+                slot.add_frame,
                 track.likelihood,
                 track.body,
                 track.stamp_ns,
                 track_id=track.track_id,
                 source_size=source_size,
-                known=self._known(track, tracks, source_size),
+                known=self._unoccluded(track, tracks, source_size),
                 angle=track.angle,
             )
             for slot, track in zip(self._slots, tracks, strict=True)
@@ -409,22 +401,22 @@ class PeopleMatcher:
         # Empty slots are not worth a thread.
         asked = [call for call, track in zip(calls, tracks, strict=True) if track.body]
         try:
-            found = iter(self._crew.run(asked))
+            found = iter(self._pool.run(asked))
             pairs = zip(calls, tracks, strict=True)
-            return self._filed([next(found) if track.body else call() for call, track in pairs])
+            return self._complete([next(found) if track.body else call() for call, track in pairs])
         except Exception:
             # Who has answered would be ahead of the others.
             self.reset()
             raise
 
     def flush(self) -> list[tuple[MatchResult, ...]]:
-        """Return the results that the lag still holds back, and let the paths begin anew."""
-        return self._filed([slot.flush() for slot in self._slots])
+        """Return the results that the lag still holds back, and end the paths."""
+        return self._complete([slot.flush() for slot in self._slots])
 
-    def _known(
+    def _unoccluded(
         self, track: TrackResult, tracks: Sequence[TrackResult], source_size: tuple[int, int]
     ) -> NDArray[np.uint8] | None:
-        """Return where others do not hide a person, None if that is everywhere."""
+        """Return where others do not occlude a person, None if that is everywhere."""
         known, body = None, track.body
         for other, last in zip(tracks, self._last, strict=True):
             if last is None or last.placement is None or last.track_id != other.track_id:
@@ -436,12 +428,12 @@ class PeopleMatcher:
             height, width = track.likelihood.shape
             where = last.placement.body(other.body, other.angle).scaled(width / source_size[0])
             template = self._bank.templates[last.sequence, last.phase_index]
-            cover = warp_template(template, where, self._bank.fill, (height, width))
+            occluder = warp_template(template, where, self._bank.fill, (height, width))
             known = np.full((height, width), 255, np.uint8) if known is None else known
-            known[cover > 127] = 0
+            known[occluder > 127] = 0
         return known
 
-    def _filed(self, found: Sequence[list[MatchResult]]) -> list[tuple[MatchResult, ...]]:
+    def _complete(self, found: Sequence[list[MatchResult]]) -> list[tuple[MatchResult, ...]]:
         """Take in the results of each slot, and return the frames that are complete."""
         for index, results in enumerate(found):
             self._answers[index].extend(results)

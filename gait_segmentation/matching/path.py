@@ -18,7 +18,7 @@ from gait_segmentation.matching.placements import SearchRange
 from gait_segmentation.matching.viterbi import FLOOR, advance, shifted, step_back
 
 _RATE_SPAN = 0.5
-"""Seconds of path from which on its own rate is believed."""
+"""Seconds of path from which on its own rate is trusted."""
 WIDEST = math.radians(46.0)
 """Views farther apart are no neighbours, and have nothing between them."""
 _MOST_FRAMES = 64
@@ -133,7 +133,7 @@ class PathSearch:
 
     def __init__(self, bank: TemplateBank, row: NDArray[np.int32], config: MatchingConfig) -> None:
         """
-        Prepare the search.
+        Begin a path.
 
         :param row: (K,) int32, where among the similarities those of a template are.
         """
@@ -146,10 +146,6 @@ class PathSearch:
         self.leading: NDArray[np.int16] = np.zeros((bank.sequences, bank.phases), np.int16)
         """(V, P) int16, the best score of each template in the newest frame."""
 
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget all frames."""
         self.frames: list[PathFrame] = []
         """Those in the window, the oldest first."""
 

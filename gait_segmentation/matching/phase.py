@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The phase of a walker whose view and place are known about, as it is told."""
+"""The phase of a walker whose view and place are known approximately."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class PhaseFinder:
     """
 
     def __init__(self, bank: TemplateBank, config: MatchingConfig) -> None:
-        """Start without a walker."""
+        """Start without a frame."""
         self._views = fine_views(bank)
         self._evidence = FineEvidence(self._views, bank.fill)
         self._body = SteadyBody()
@@ -39,15 +39,9 @@ class PhaseFinder:
             config.lag + 1,
             self._evidence.cells,
         )
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget the walker."""
-        self._body.reset()
-        self.clock.reset()
         self._middle: float | None = None
 
-    def update(
+    def add_frame(
         self,
         likelihood: NDArray[np.uint8],
         known: NDArray[np.uint8] | None,
@@ -67,19 +61,19 @@ class PhaseFinder:
         :param seconds: time of the frame, later than the last one's.
         """
         build, azimuth = view
-        body = self._body.update(body, seconds)
+        body = self._body.smooth(body, seconds)
         views = self._views
         middle = views.place(build, azimuth if self._middle is None else self._middle)
         moved = views.steps(build, middle, views.place(build, azimuth))
         if abs(moved) > 2 * views.reach:
-            # Nobody turns that fast, but walking towards and away look alike.
+            # No person turns that fast, but walking towards and away are similar.
             mirrored = views.steps(build, middle, views.place(build, -azimuth))
             moved = min(moved, mirrored, key=abs)
         middle += moved
         around = views.around(build, middle)
         self._middle = float(views.azimuths[around[views.reach]])
         wanted = self.clock.predict(seconds, moved)
-        self.clock.update(self._evidence.at(likelihood, known, body, around, phase, wanted))
+        self.clock.correct(self._evidence.at(likelihood, known, body, around, phase, wanted))
 
 
 _FRAMES = 20
@@ -89,7 +83,7 @@ _JUMP = 0.25
 """Share of the height, of the place or of the height itself, from which on a body has jumped."""
 _STILL = (0.04, 0.12, 0.12)
 """
-Time in which a motion must show to be believed, across, down and in height: seconds that stand
+Time in which a motion must show to be trusted, across, down and in height: seconds that stand
 still are added.  Walkers cross the image faster than they sink or grow in it.
 """
 
@@ -106,11 +100,7 @@ class SteadyBody:
         """Start without a body."""
         self._last: deque[tuple[float, float, float, float]] = deque(maxlen=_FRAMES)
 
-    def reset(self) -> None:
-        """Forget the body."""
-        self._last.clear()
-
-    def update(self, body: BodyFrame, seconds: float) -> BodyFrame:
+    def smooth(self, body: BodyFrame, seconds: float) -> BodyFrame:
         """
         Return the smoothed body.
 
@@ -157,11 +147,7 @@ class NearLeg:
     """
 
     def __init__(self) -> None:
-        """Start without a walker."""
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget the walker."""
+        """Start without a frame."""
         self._right: bool | None = None
         self._last: float | None = None
         self._before: tuple[float, float] | None = None
@@ -179,11 +165,11 @@ class NearLeg:
         phase, then = self._before
         return phase + rate * (seconds - then)
 
-    def update(self, phase: float, azimuth: float, seconds: float) -> float:
+    def phase_of(self, phase: float, azimuth: float, seconds: float) -> float:
         """
         Return the phase of a frame, in [0, 1).
 
-        Phases up to a quarter of a stride behind the last one wait for it: nobody walks
+        Phases up to a quarter of a stride behind the last one wait for it: people do not walk
         backwards, so the estimate was ahead.  Others are jumps, taken as they are.
 
         :param phase: strides, 0 = heel contact of the right leg.

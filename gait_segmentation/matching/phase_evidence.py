@@ -42,7 +42,7 @@ class FineViews(Views):
     """
     The walkers of a bank, in its finer views if it has such.
 
-    Views 22.5 degrees apart are too coarse for the phase of somebody seen from the front, and so
+    Views 22.5 degrees apart are too coarse for the phase of a person seen from the front, and so
     is blending them.  A *place* counts the views of a build anticlockwise.  Nothing is written
     after making, so that matchers may share it.
     """
@@ -144,12 +144,12 @@ class FineEvidence:
         :param known: (h, w) uint8, 0 where the likelihood says nothing; None = known everywhere.
         :param body: where the body is thought to be, in the likelihood's pixels.
         :param views: V indices into the templates of the views.
-        :param phase: one that fits the middle view, by which person and surroundings are told
+        :param phase: one that fits the middle view, by which person and surroundings are separated
             apart.
         :param wanted: (V, S, Y) bool, views, heights and rows to compare.
         :returns: (V, S, Y, P) float64, up to a constant half the sum of squared differences in
             quarters of the views' pixels at the height of ``body``, negative; of the columns
-            about the best one; -inf where not wanted.  Zeros if nothing can be told.
+            about the best one; -inf where not wanted.  Zeros if nothing is known.
         """
         self._choose(views)
         shape = (*wanted.shape, self._squares.shape[1])
@@ -173,8 +173,8 @@ class FineEvidence:
         result = np.full(shape, -np.inf)
         seen = values[:0] if seen is None else seen
         weights = 4 * np.square(HEIGHTS)
-        given = values, seen, levels, self._part, wanted
-        _compare(self._templates, self._squares, *given, weights, result)
+        fixed = values, seen, levels, self._part, wanted
+        _compare(self._templates, self._squares, *fixed, weights, result)
         return result
 
     def _choose(self, views: tuple[int, ...]) -> None:

@@ -29,7 +29,7 @@ _RATE_DIFFUSION = 0.1
 _LEAST_SPACING = 1e-6
 """Least distance of the logarithms of neighbouring rates; the usual one is 0.08."""
 _RENEWAL = 0.02
-"""Share of the belief that begins anew in a second: people stop, and the view was wrong."""
+"""Share of the belief that returns to the prior in a second: people stop, or the view is wrong."""
 _NOISE = 12.0
 """
 Evidence that is worth a factor of e.  Flipped pixels alone would give about 8; errors of real
@@ -38,7 +38,7 @@ likelihoods are alike in neighbouring pixels.
 _CELL_DIFFUSION = 2.0
 """Share of the belief in a view, height or row that goes to each neighbour in a second."""
 _UNLIKELY = 3e-3
-"""Views and placements believed in less than this are not looked at."""
+"""Views and placements less likely than this are not compared."""
 _ANYWHERE = 0.01
 """Share of the belief that is spread over all views and placements when the views are moved."""
 _LATER_S = 0.5
@@ -97,13 +97,9 @@ class PhaseFilter:
         self._spacing = max(float(np.log(walking[1] / walking[0])), _LEAST_SPACING)
         self._steps: deque[_Step] = deque(maxlen=frames)
 
-    def reset(self) -> None:
-        """Forget all frames."""
-        self._steps.clear()
-
     def predict(self, seconds: float, moved: int = 0) -> NDArray[np.bool_]:
         """
-        Go on to the next frame, and tell which views and placements are worth to be looked at.
+        Predict the next frame, and return which views and placements are to be compared.
 
         :param seconds: its time, later than the last frame's.
         :param moved: by how many views the first axis of the cells goes on since the last frame,
@@ -120,29 +116,29 @@ class PhaseFilter:
         share = self._before.sum(axis=(-2, -1))
         return np.asarray(share > _UNLIKELY * share.sum())
 
-    def update(self, evidence: NDArray[np.float64]) -> None:
+    def correct(self, evidence: NDArray[np.float64]) -> None:
         """
-        Take in the frame that was predicted.
+        Correct the belief by the frame that was predicted.
 
         :param evidence: (*cells, P) float64, how well each phase fits, up to a constant, -inf
             where that is not known: see ``FineEvidence``.
         """
         evidence = evidence.reshape(*self._cells.shape, -1)
         likelihood = np.exp((evidence - evidence.max()) / _NOISE)
-        # No phase of a view that was looked at is ruled out by one frame; where nobody looked,
-        # nothing is left.
+        # No phase of a view that was compared is ruled out by one frame; of others nothing is
+        # left.
         likelihood = np.where(np.isfinite(evidence), np.maximum(likelihood, _FLOOR), 0.0)
         if self._steps:
             turn, share, kept = self._transition(self._next[1])
             belief = np.zeros(self._before.shape)
-            looked = likelihood.any(axis=-1)
-            before = self._before[looked]
-            carried = np.empty_like(before)
-            exchange(before, share, 1, carried)
-            carried = _turned(carried, turn)
-            anew = (1 - kept) * carried.sum(axis=(1, 2), keepdims=True)
-            carried = kept * carried + anew * self._prior
-            belief[looked] = carried * likelihood[looked][:, None]
+            compared = likelihood.any(axis=-1)
+            before = self._before[compared]
+            predicted = np.empty_like(before)
+            exchange(before, share, 1, predicted)
+            predicted = _turned(predicted, turn)
+            restarted = (1 - kept) * predicted.sum(axis=(1, 2), keepdims=True)
+            predicted = kept * predicted + restarted * self._prior
+            belief[compared] = predicted * likelihood[compared][:, None]
         else:
             belief = self._cells[..., None, None] * self._prior * likelihood[..., None, :]
         belief /= belief.sum()
@@ -158,7 +154,7 @@ class PhaseFilter:
 
     def belief(self, back: int = 0) -> NDArray[np.float64]:
         """
-        Return the probabilities of the phases in a frame, (P,) float64, given later ones as well.
+        Return the probabilities of the phases in a frame, (P,) float64, from later ones as well.
 
         What comes more than half a second later tells nothing more of it.
 
@@ -176,7 +172,7 @@ class PhaseFilter:
         """Carry the likelihood of all later frames (..., R, P) to the frame before a step."""
         turn, share, kept = self._transition(step.passed)
         seen = np.broadcast_to(later * step.likelihood[..., None, :], step.belief.shape)
-        # The way back is the transpose: the exchange is its own, that of a turn its conjugate.
+        # Backward it is the transpose: the exchange is its own, that of a turn its conjugate.
         turned = _turned(seen, turn.conj())
         back, shape = np.empty_like(turned), (-1, *turned.shape[-2:])
         exchange(turned.reshape(shape), share, 1, back.reshape(shape))
@@ -190,7 +186,7 @@ class PhaseFilter:
         Return what a time does to phase and rate.
 
         :returns: how the phase of each rate moves on, (R, P / 2 + 1), as a spectrum; the share
-            that neighbouring rates exchange; and that which does not begin anew.
+            that neighbouring rates exchange; and that which does not return to the prior.
         """
         turn = np.exp(-1j * np.outer(self._rates * passed, self._waves))
         share = min(0.3, 0.5 * _RATE_DIFFUSION**2 * passed / self._spacing**2)

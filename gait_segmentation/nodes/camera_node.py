@@ -35,7 +35,7 @@ class CameraNode(GaitNode):
     A node that tracks people in the images of a camera.
 
     Derived classes make the stage and call :meth:`make_intake`; their :meth:`process` begins with
-    :meth:`taken`.
+    :meth:`take_image`.
     """
 
     groups: ClassVar[Sequence[tuple[str, type[StageConfig]]]] = (
@@ -56,9 +56,9 @@ class CameraNode(GaitNode):
         # First, so that it is known to a matcher before the likelihoods are.
         self._size = self.output(RegionOfInterest, 'image_size', LATCHED)
         self.tracks = ()
-        self.maps = MapIntake(self.stage.add_heat_map, self.warnings.warn)
+        self._expect_maps()
         self.intake = Intake(
-            reset=super().start_over,
+            reset=self.drop_tracks,
             initialize=self.stage.initialize,
             warn=self.warnings.warn,
             slots=self.slots,
@@ -66,7 +66,7 @@ class CameraNode(GaitNode):
             initial_stamp_ns=start.initial_box_stamp,
         )
 
-    def taken(self, frame: Parts) -> tuple[NDArray[np.uint8], int]:
+    def take_image(self, frame: Parts) -> tuple[NDArray[np.uint8], int]:
         """
         Decode a frame and start the tracks that are to begin with it (worker).
 
@@ -88,17 +88,22 @@ class CameraNode(GaitNode):
         """Return the shape (height, width) of the empty answers to a frame that is not usable."""
         return claimed_shape(frame['image']) or self.intake.shape or (0, 0)
 
-    def start_over(self) -> None:
-        """Forget everybody, but not the boxes that wait, and begin with the initial one."""
-        super().start_over()
-        self.intake.begin_anew()
-
-    def forget(self) -> None:
-        """Forget everybody."""
-        super().forget()
-        self.intake.forget()
+    def drop_tracks(self) -> None:
+        """Publish what is held back and drop all tracks, but not the boxes that wait."""
+        super().drop_tracks()
         self.tracks = ()
-        self.maps.forget()
+        self._expect_maps()
+
+    def stand_by(self) -> None:
+        """Drop the boxes that wait for the next frame."""
+        self.intake.drop_requests()
+
+    def time_was_reset(self) -> None:
+        """Start from the initial box again, as in a bag that loops."""
+        self.intake.arm()
+
+    def _expect_maps(self) -> None:
+        self.maps = MapIntake(self.stage.add_heat_map, self.warnings.warn)
 
     def connect(self) -> None:
         """Subscribe to first boxes and heat maps, and to the camera."""
@@ -113,12 +118,12 @@ class CameraNode(GaitNode):
     def status(self) -> dict[str, str]:
         """Report the track of each slot, and whether heat maps come."""
         tracks = self.tracks if self.stage is not None else ()
-        found = {
-            f'track of {slot_name(slot)}': track.state
-            if track.state == EMPTY
-            else f'{track.track_id} {track.state} {100 * track.confidence:.0f} %'
-            for slot, track in enumerate(tracks)
-        }
+        found = {}
+        for slot, track in enumerate(tracks):
+            known = f'{track.track_id} {track.state} {100 * track.confidence:.0f} %'
+            told = track.state if track.state == EMPTY else known
+            why = f', {track.reason}' if track.reason else ''
+            found[f'track of {slot_name(slot)}'] = told + why
         tracked = sum(track.track_id != 0 for track in tracks)
         maps = {'heat map': 'in use' if self.stage is not None and self.maps.in_use else 'none'}
         return {**super().status(), 'people': str(tracked), **found, **maps}
@@ -132,7 +137,7 @@ class CameraNode(GaitNode):
         self.later(lambda: self.intake.request(box), 'init_roi', self.slots)
 
     def _detected(self, message: Any) -> None:
-        # The next message says the same anew, so that only the newest one counts.
+        # The next message says the same again: only the newest one counts.
         self.later(lambda: self._start_new(message), 'detections')
 
     def _start_new(self, message: Any) -> None:

@@ -64,8 +64,12 @@ class DetectorNode(GaitNode):
     def process_unusable(self, frame: Parts) -> None:
         """Publish nothing: images may go without a map."""
 
-    def start_over(self) -> None:
-        """Go on: the network looks anew by itself when nobody is where it has seen somebody."""
+    def drop_tracks(self) -> None:
+        """Go on: the network has no tracks."""
+
+    def stand_by(self) -> None:
+        """End the network's process; the next image starts it again."""
+        self.stage.close()
 
     def status(self) -> dict[str, str]:
         """Report which network runs."""

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 class LocalizerNode(GaitNode):
     """
-    Say where people are in metres, which way they walk and how fast.
+    Say where people are in metres, in which direction they walk and how fast.
 
     Reads person_K/mask, person_K/matched_box and person_K/gait, camera_info of their camera and
     registered depth images (depth) if there are any; publishes person_K/pose, person_K/walk,
@@ -68,7 +68,7 @@ class LocalizerNode(GaitNode):
         self._info: CameraInfo | None = None
         self._depths: deque[Image] = deque(maxlen=DEPTH)
         self._tf: tuple[Any, type[Exception]] | None = None
-        self._depth_unused = self._told = self._trouble = ''
+        self._depth_unused = self._located_text = self._trouble = ''
         self._located = False
 
     def connect(self) -> None:
@@ -94,18 +94,18 @@ class LocalizerNode(GaitNode):
         except GaitSegmentationError as error:
             why = str(error)
         found = sum(location is not None for location in locations)
-        self._told = shortened(f'{found} of {people}' + (f', {why}' if why else ''))
+        self._located_text = shortened(f'{found} of {people}' + (f', {why}' if why else ''))
         self._located = self._located or found > 0
         if why:
-            self.warnings.warn('located', f'located: {self._told}')
+            self.warnings.warn('located', f'located: {self._located_text}')
             # Which the log says by itself.
             unused = f'; a depth image is not used: {self._depth_unused}'
-            self._told += unused * bool(self._depth_unused)
-            self._trouble = f'located: {self._told}'
+            self._located_text += unused * bool(self._depth_unused)
+            self._trouble = f'located: {self._located_text}'
         self._results.publish_made(header, seen, matches, masks, locations)
 
     def process_unusable(self, frame: Parts) -> None:
-        """Publish that nobody is seen."""
+        """Publish empty results."""
         self._results.publish(Seen(), frame[slot_topic(0, 'mask')].header)
 
     def status(self) -> dict[str, str]:
@@ -114,12 +114,12 @@ class LocalizerNode(GaitNode):
             return super().status()
         return {
             **super().status(),
-            'located': self._told or 'no frame yet',
+            'located': self._located_text or 'no frame yet',
             'location errors': str(self.stage.failures),
         }
 
     def trouble(self) -> str:
-        """Say why nobody was located since this was last asked, empty if somebody was."""
+        """Say why no person was located since this was last asked, empty if one was."""
         if self.stage is None:
             return ''
         trouble = '' if self._located else self._trouble
@@ -135,7 +135,7 @@ class LocalizerNode(GaitNode):
         """
         Locate the people of a frame.
 
-        :raises InputError: if that cannot be done for anybody.
+        :raises InputError: if that cannot be done for any person.
         """
         if self._info is None:
             topic = self.resolve_topic_name('camera_info')
@@ -216,7 +216,7 @@ class LocalizerNode(GaitNode):
             except unknown as error:
                 why = error
         if found is None:
-            raise InputError(f'tf has no way from {header.frame_id!r} to {frame!r}: {why}')
+            raise InputError(f'tf has no transform from {header.frame_id!r} to {frame!r}: {why}')
         at, turn = found.translation, found.rotation
         return CameraPose.from_quaternion((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
 

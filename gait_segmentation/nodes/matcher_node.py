@@ -37,7 +37,7 @@ class MatcherNode(GaitNode):
 
     Reads person_K/box and person_K/likelihood, from gait_tracker or any node in its place;
     publishes person_K/matched_box, refined_box, shape_prior and gait.  The size of the images
-    that boxes are measured in is told on image_size, or is the likelihood's.
+    that boxes are measured in comes on image_size, or is the likelihood's.
     """
 
     name = 'gait_matcher'
@@ -79,11 +79,6 @@ class MatcherNode(GaitNode):
         if self.stage is not None:
             self._unsized.clear()
 
-    def forget(self) -> None:
-        """Forget everybody, and what is held back."""
-        super().forget()
-        self._held.clear()
-
     def finish(self) -> None:
         """Publish what the lag holds back."""
         self._publish(self.stage.flush())
@@ -100,7 +95,7 @@ class MatcherNode(GaitNode):
         self._publish(results)
 
     def process_unusable(self, frame: Parts) -> None:
-        """Publish that nobody is seen."""
+        """Publish empty results."""
         header = _header(frame)
         shape = claimed_shape(frame[slot_topic(0, 'likelihood')]) or (0, 0)
         self._results.blank(shape, header)
@@ -118,7 +113,7 @@ class MatcherNode(GaitNode):
         return matching_picture([track.likelihood for track in tracks], matches, tracks, width)
 
     def hand_over(self, stamp_ns: int, frame: Parts) -> None:
-        """Give a frame to the worker, or keep it until the size of the images is told."""
+        """Give a frame to the worker, or keep it until the size of the images is known."""
         if self._size is None and self.count_publishers(self.resolve_topic_name('image_size')):
             self._unsized.append((stamp_ns, frame))
         else:

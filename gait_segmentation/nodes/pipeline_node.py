@@ -37,7 +37,7 @@ class PipelineNode(CameraNode):
     """
     Track people in the images of a camera and cut them out, all in one process.
 
-    Reads image and init_roi (a box of somebody to track); publishes mask, labels, and what
+    Reads image and init_roi (a box of a person to track); publishes mask, labels, and what
     gait_tracker, gait_matcher and gait_segmenter publish.
     """
 
@@ -67,25 +67,20 @@ class PipelineNode(CameraNode):
         stages = self.stage.tracker, self.stage.matcher, self.stage.segmenter
         return [(self.stage.tracker, 'starting'), *((each, 'config') for each in stages)]
 
-    def forget(self) -> None:
-        """Forget everybody, and what is held back."""
-        super().forget()
-        self._held.clear()
-
     def finish(self) -> None:
         """Publish what the lag holds back."""
         self._publish(self.stage.flush())
 
     def process(self, frame: Parts) -> None:
         """Run a frame through all stages."""
-        image, stamp_ns = self.taken(frame)
+        image, stamp_ns = self.take_image(frame)
         results = self.stage.update(image, stamp_ns, learn=False)
         self._held.hold(stamp_ns, (image, frame['image'].header))
         self._publish(results)
-        self.stage.learn()
+        self.stage.apply_feedback()
 
     def process_unusable(self, frame: Parts) -> None:
-        """Publish that nobody is seen."""
+        """Publish empty results."""
         shape, header = self.shape_of(frame), frame['image'].header
         self._segmentation.blank(shape, header)
         for outputs in (self._track, self._match):

@@ -28,7 +28,7 @@ class SegmenterNode(GaitNode):
     Cut people out of the images of a camera, with what gait_tracker and gait_matcher found.
 
     Reads image, person_K/likelihood, person_K/matched_box, person_K/shape_prior and
-    person_K/gait; publishes mask (everybody), labels (who is where) and person_K/mask.
+    person_K/gait; publishes mask (of all people), labels (which is whose) and person_K/mask.
     """
 
     name = 'gait_segmenter'
@@ -65,8 +65,8 @@ class SegmenterNode(GaitNode):
         shape = (image.shape[0], image.shape[1])
         self.enter(stamp_of(header))
         if self._shape not in (None, shape):
-            self.warnings.warn('size', 'the image size changed: starting anew')
-            self.stage.reset()
+            self.warnings.warn('size', 'the image size changed: all tracks are reset')
+            self.drop_tracks()
         self._shape = shape
         slots = range(self.slots)
         likelihoods = [read_mono8(frame[slot_topic(slot, 'likelihood')]) for slot in slots]

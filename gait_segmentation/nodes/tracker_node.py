@@ -37,7 +37,7 @@ class TrackerNode(CameraNode):
     """
     Track people in the images of a camera: where each one is, and how likely each pixel is theirs.
 
-    Reads image, init_roi (a box of somebody to track) and the masks that come back from
+    Reads image, init_roi (a box of a person to track) and the masks that come back from
     gait_segmenter; publishes person_K/box and person_K/likelihood for gait_matcher.
     """
 
@@ -68,7 +68,7 @@ class TrackerNode(CameraNode):
 
     def process(self, frame: Parts) -> None:
         """Track a frame."""
-        image, stamp_ns = self.taken(frame)
+        image, stamp_ns = self.take_image(frame)
         header = frame['image'].header
         tracks = self.stage.update(image, stamp_ns)
         self.tracks = tracks
@@ -77,7 +77,7 @@ class TrackerNode(CameraNode):
         self._debug.publish_made(header, tracking_picture, image, tracks)
 
     def process_unusable(self, frame: Parts) -> None:
-        """Publish that nobody is seen."""
+        """Publish empty results."""
         header = frame['image'].header
         self._results.blank(self._likelihood, header)
         self._debug.blank((*self.shape_of(frame), 3), header)

@@ -55,7 +55,7 @@ which nothing is learnt of a frame.
 """
 
 _STEP = 2
-"""Every how many pixels are looked at to learn and to rank."""
+"""Step of the pixels that are used to learn and to rank."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ def class_histograms(
 
 
 class FeatureModel:
-    """What a feature looks like on the person and in the surroundings."""
+    """The distribution of a feature on the person and in the surroundings."""
 
     def __init__(self, bins: int, *, has_neutral: bool) -> None:
         """Make a model that knows nothing: all its ratios are zero."""
@@ -174,9 +174,9 @@ class FeatureModel:
             return 1.0
         return min(float(np.sqrt(self._first * newest[PERSON]).sum()), 1.0)
 
-    def learn(self, newest: NDArray[np.float64]) -> None:
+    def adapt(self, newest: NDArray[np.float64]) -> None:
         """
-        Take over the histograms of a frame, the person's the less the less it is as at first.
+        Adapt to the histograms of a frame, the person's the less the less it is as at first.
 
         :param newest: see :func:`class_histograms`.
         """
@@ -216,12 +216,11 @@ class FeatureSelector:
         }
         self.features: tuple[FeatureWeight, ...] = ()
 
-    def learn(self, view: View, labels: NDArray[np.uint8]) -> None:
+    def rank(self, view: View, labels: NDArray[np.uint8]) -> None:
         """
-        Learn the histograms of a frame, and choose what tells the classes apart in it.
+        Adapt to the histograms of a frame, and rank the features by how well they separate it.
 
-        Nothing is learnt of what is too little like the person at first: it is somebody or
-        something else.
+        A frame that is too little like the person at first is left out: it shows something else.
 
         :param view: the pixels about the person.
         :param labels: (h, w) uint8 of the same pixels: 1 person, 0 surroundings, 2 left out.
@@ -238,7 +237,7 @@ class FeatureSelector:
             return
         ratios: dict[str, float] = {}
         for name, model in self._models.items():
-            model.learn(newest[name])
+            model.adapt(newest[name])
             ratios[name] = model.variance_ratio(newest[name])
         ranked = sorted(ratios, key=lambda name: -ratios[name])
         chosen = ranked[:_CHOSEN]

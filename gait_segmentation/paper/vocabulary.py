@@ -170,7 +170,7 @@ class Vocabulary:
         if entries.get('version') != FORMAT_VERSION:
             raise VocabularyError(
                 f'{name}: version must be {FORMAT_VERSION}, got {entries.get("version")!r}; make '
-                'it anew with gait_bank vocabulary'
+                'it again with gait_bank vocabulary'
             )
         try:
             weights, means, covariances = (

@@ -122,7 +122,7 @@ class Diagnostics:
             self._node.warnings.warn(
                 'no time',
                 "the node's clock says nothing above zero, so ages of stamps are not known: with "
-                'use_sim_time somebody must publish on /clock',
+                'use_sim_time a node must publish on /clock',
             )
         return now
 
@@ -161,7 +161,7 @@ def missing_input(node: Any) -> str:
 
 def unpublished(node: Node, topics: Iterable[str], by: str) -> str:
     """
-    Say which topics nobody publishes, empty if all are.
+    Say which topics no node publishes, empty if all are.
 
     :param by: the node that usually does.
     """
@@ -170,7 +170,7 @@ def unpublished(node: Node, topics: Iterable[str], by: str) -> str:
     names = [name for name in resolved if not node.count_publishers(name)]
     if not names:
         return ''
-    return f'nothing to do: nobody publishes {_listed(names)}; is {by} running and active?'
+    return f'nothing to do: no node publishes {_listed(names)}; is {by} running and active?'
 
 
 def no_images(node: Node, topic: str) -> str:
@@ -191,7 +191,7 @@ def no_images(node: Node, topic: str) -> str:
     if _from_cameras(node, sibling, other):
         transport = 'raw' if compressed else 'compressed'
         return (
-            f'no images: nobody publishes {name}, but {sibling} is: set image_transport to '
+            f'no images: no node publishes {name}, but {sibling} is: set image_transport to '
             f'{transport}'
         )
     found = [
@@ -199,14 +199,14 @@ def no_images(node: Node, topic: str) -> str:
         for each, types in node.get_topic_names_and_types()
         if wanted in types and _from_cameras(node, each, wanted)
     ]
-    text = f'no images: nobody publishes {name}'
+    text = f'no images: no node publishes {name}'
     if not found:
         return f'{text}; start the camera, or remap image to its topic'
     return f'{text}, but there are images on {_listed(found)}: remap image (image:=TOPIC)'
 
 
 def _from_cameras(node: Node, name: str, kind: str) -> bool:
-    """Return whether somebody else than this package publishes messages of a kind."""
+    """Return whether a node of another package publishes messages of a kind."""
     return any(
         each.topic_type == kind and each.node_name not in _OWN
         for each in node.get_publishers_info_by_topic(name)

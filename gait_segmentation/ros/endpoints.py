@@ -35,7 +35,7 @@ BEST_EFFORT = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
 """Of subscriptions that take what others publish, however they do it."""
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""Of what is told once and must reach those who come later."""
+"""Of what is published once and must reach those who come later."""
 
 _OVERRIDABLE = (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY)
 """What parameters of the kind ``qos_overrides`` may change."""

@@ -87,7 +87,7 @@ class GaitNode(LifecycleNode):
     """Whose kernels the stage needs; of all if there is none."""
 
     restarting: ClassVar[tuple[type[StageConfig], ...]] = ()
-    """Configurations with which paths begin anew: what is held back is published before."""
+    """Configurations that start new paths: what is held back is published before."""
 
     stage: Any = None
     """What works on frames, from :meth:`build` to the clean-up."""
@@ -155,11 +155,7 @@ class GaitNode(LifecycleNode):
         """Subscribe to the outputs of the other nodes, and to the camera."""
         self.topics = {node: slot_topics(each, self.slots) for node, each in self.kinds.items()}
         sees = self.has(CameraConfig)
-        # Images alone are complete as they are.
-        stages = {**({'camera': ['image']} if sees else {}), **self.topics}
-        keeps = self.has(SegmenterNodeConfig)
-        room = self.parameters.get(SegmenterNodeConfig).keep_images if keeps else DEPTH
-        self.join = ExactJoin(stages, room) if self.topics else None
+        self.join = self._make_join()
         for topics in self.topics.values():
             for topic, kind in topics.items():
                 subscribe(self, kind, topic, partial(self.receive, topic))
@@ -169,15 +165,16 @@ class GaitNode(LifecycleNode):
             )
             subscribe(self, kind, self.camera_topic, partial(self.receive, 'image'), profile)
 
-    def forget(self) -> None:
-        """Forget everybody, and what is held back (worker)."""
-        self._stamps.reset()
-        self.stage.reset()
-
-    def start_over(self) -> None:
-        """Publish what is held back and forget everybody, for all begins anew (worker)."""
+    def drop_tracks(self) -> None:
+        """Publish what is held back and drop all tracks, but not what waits (worker)."""
         self.finish()
         self.stage.reset()
+
+    def stand_by(self) -> None:
+        """Let go of what waits for the next frame (worker)."""
+
+    def time_was_reset(self) -> None:
+        """Do what is to be done once tracks were dropped since stamps went back (worker)."""
 
     def configured(self) -> Sequence[tuple[Any, str]]:
         """Return the attributes, with their objects, that hold configurations of the stage."""
@@ -191,8 +188,7 @@ class GaitNode(LifecycleNode):
 
     def pause(self) -> None:
         """Drop what waits for its other parts: those that come now will be ignored."""
-        if self.join is not None:
-            self.join.reset()
+        self.join = self._make_join()
 
     def status(self) -> dict[str, str]:
         """Return what the diagnostics are to report besides the usual."""
@@ -232,14 +228,21 @@ class GaitNode(LifecycleNode):
             self.warnings.warn_of(dropped, 'cannot keep up: dropped {} that waited')
 
     def enter(self, stamp_ns: int) -> None:
-        """Let a frame in that could be read: if time begins anew with it, start over (worker)."""
+        """Let a frame in that could be read; a reset of time drops all tracks (worker)."""
         back_s = (self._stamps.newest_ns - stamp_ns) / 1e9
         if self._stamps.take(stamp_ns) is Order.RESET:
             self.warnings.warn(
                 'time',
                 f'the stamp went back by {back_s:.3f} s (a bag that loops?): everything is reset',
             )
-            self.start_over()
+            self.drop_tracks()
+            self.time_was_reset()
+
+    def reset(self) -> None:
+        """Drop all tracks and what waits for the next frame; any stamp may follow (worker)."""
+        self.drop_tracks()
+        self.stand_by()
+        self._stamps = Stamps()
 
     def later(self, call: Callable[[], None], kind: str = '', most: int = 1) -> int:
         """Have something done by the worker before the next frame; see :meth:`Backlog.call`."""
@@ -286,9 +289,17 @@ class GaitNode(LifecycleNode):
         self._disconnect()
         if self._worker is not None:
             self._worker.backlog.drain(_DRAIN_S)
-            self.later(self.finish)
-            self.later(self.forget)
+            self.later(self.reset)
             self._worker.backlog.drain(_DRAIN_S)
+
+    def _make_join(self) -> ExactJoin | None:
+        # Images alone are complete as they are.
+        if not self.topics:
+            return None
+        stages = {**({'camera': ['image']} if self.has(CameraConfig) else {}), **self.topics}
+        keeps = self.has(SegmenterNodeConfig)
+        room = self.parameters.get(SegmenterNodeConfig).keep_images if keeps else DEPTH
+        return ExactJoin(stages, room)
 
     def _disconnect(self) -> None:
         while self.inputs:
@@ -380,13 +391,13 @@ class GaitNode(LifecycleNode):
                 self.statistics.expect(time.monotonic())
             else:
                 self.pause()
-                self.later(self.forget, 'forget')
+                self.later(self.reset, 'reset')
         response.success = True
         response.message = 'enabled' if self.enabled else 'disabled: frames are ignored'
         return response
 
     def _reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self.later(self.forget, 'forget')
+        self.later(self.reset, 'reset')
         response.success = self._worker is not None
         response.message = 'reset' if response.success else f'the node is {self.state}'
         return response

@@ -48,7 +48,7 @@ _UPRIGHT = 1e-4
 
 
 class Person(NamedTuple):
-    """Somebody in a frame: the match, the tight box of the mask, and where they are if known."""
+    """A person in a frame: the match, the tight box of the mask, and the location if known."""
 
     match: MatchResult
     box: Box
@@ -94,7 +94,7 @@ def box_message(corners: Corners, track_id: int, header: Header) -> PolygonInsta
     """
     Make a message from corners in source pixels.
 
-    :param corners: four (x, y) clockwise from the top left, none if nobody is tracked.
+    :param corners: four (x, y) clockwise from the top left, none if no person is tracked.
     """
     message = PolygonInstanceStamped(header=header)
     message.polygon.id = track_id
@@ -103,7 +103,7 @@ def box_message(corners: Corners, track_id: int, header: Header) -> PolygonInsta
 
 
 def gait_message(match: MatchResult, header: Header) -> JointState:
-    """Make the gait message of a match; it has no joints if nobody is tracked."""
+    """Make the gait message of a match; it has no joints if no person is tracked."""
     message = JointState(header=header)
     joints = map(list, gait_joints(match))
     message.name, message.position, message.velocity, message.effort = joints
@@ -111,7 +111,7 @@ def gait_message(match: MatchResult, header: Header) -> JointState:
 
 
 def pose_message(location: Location, header: Header) -> PoseWithCovarianceStamped:
-    """Describe the point on the ground below somebody; x is the heading and z up."""
+    """Describe the point on the ground below a person; x is the heading and z up."""
     message = PoseWithCovarianceStamped(header=header)
     message.pose.pose = _pose(location)
     covariance = np.zeros((6, 6))
@@ -155,7 +155,7 @@ def tracks_message(tracks: Sequence[TrackResult], header: Header, types: Any) ->
 
 def people_message(people: Sequence[Person], header: Header, types: Any) -> Any:
     """
-    Describe everybody in pixels (vision_msgs/Detection2DArray).
+    Describe all people in pixels (vision_msgs/Detection2DArray).
 
     ``id`` is the track id and ``bbox`` the tight box of the mask.  ``results`` are numbers by
     name: ``class_id`` names what ``score`` is, first ``person``, how similar the template is.
@@ -170,7 +170,7 @@ def people_message(people: Sequence[Person], header: Header, types: Any) -> Any:
 
 
 def boxes_message(people: Sequence[Person], header: Header) -> ImageMarker:
-    """Draw the boxes of everybody over the image, in the colours of their tracks."""
+    """Draw the boxes of all people over the image, in the colours of their tracks."""
     message = ImageMarker(header=header, ns='people', type=ImageMarker.LINE_LIST, scale=2.0)
     message.action = ImageMarker.ADD if people else ImageMarker.REMOVE
     for match, box, _ in people:
@@ -215,7 +215,7 @@ def _walk(location: Location) -> dict[str, float]:
 
 
 def _numbers(match: MatchResult, location: Location | None) -> dict[str, float]:
-    """Return what is known of somebody, by name."""
+    """Return what is known of a person, by name."""
     return {
         'person': match.similarity,
         'phase': match.phase,

@@ -3,7 +3,7 @@
 """
 What the stages publish, as tables: topic, type, and what makes a message of a result.
 
-A message that nobody has subscribed to is not made: of a frame's it would take a millisecond.
+A message without subscribers is not made: of a frame's it would take a millisecond.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ class Outputs:
         ]
 
     def heard(self) -> set[str]:
-        """Return the topics that somebody listens to."""
+        """Return the topics that have subscribers."""
         return {
             topic for _, publisher, topic in self._topics if publisher.get_subscription_count()
         }
@@ -112,12 +112,12 @@ class Outputs:
                     publisher.publish(message)
 
     def publish_made(self, header: Header, make: Callable[..., Any], *about: Any) -> None:
-        """Make a result and publish its messages, unless nobody listens."""
+        """Make a result and publish its messages, if there are subscribers."""
         if self.heard():
             self.publish(make(*about), header)
 
     def blank(self, shape: tuple[int, ...], header: Header) -> None:
-        """Publish that nobody is seen; ``shape`` is that of the images, which are one message."""
+        """Publish empty results; ``shape`` is that of the images, which are one message."""
         black: dict[Any, Any] = {}
         for (kind, _), publisher, _ in self._topics:
             if not publisher.get_subscription_count():
@@ -166,15 +166,15 @@ def picture_topics(before: str = '') -> Table:
 
 
 def people_topics(slots: int) -> Table:
-    """Return the outputs of what :func:`seen` returns: places, and everybody in one message."""
+    """Return the outputs of what :func:`seen` returns: places, and all people in one message."""
     makers = {'boxes': (ImageMarker, boxes_message), 'markers': (MarkerArray, markers_message)}
     types = detection_types()
     if types is not None:
         makers['people'] = (types.Detection2DArray, partial(people_message, types=types))
-    everybody = {
+    all_people = {
         topic: Output(kind, partial(_of_everybody, make)) for topic, (kind, make) in makers.items()
     }
-    return {**_of_slots(_OF_PLACE, slots, Seen.location), **everybody}
+    return {**_of_slots(_OF_PLACE, slots, Seen.location), **all_people}
 
 
 def _of_everybody(make: Callable[..., Any], found: Seen, header: Header) -> Any:

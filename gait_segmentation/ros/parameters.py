@@ -122,7 +122,7 @@ class NodeParameters:
         return config
 
     def _made(self, values: Mapping[str, Any]) -> dict[type[StageConfig], StageConfig]:
-        """Make all configurations anew from those in force and some new values."""
+        """Make all configurations from those in force and some new values."""
         made: dict[type[StageConfig], StageConfig] = {}
         for group, kind in self._groups:
             names = {qualified(group, about.name): about.name for about in parameters_of(kind)}

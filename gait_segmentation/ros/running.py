@@ -76,7 +76,7 @@ def run_node(make: type[GaitNode], arguments: list[str] | None = None) -> int:
         if not node.start():
             # The node's log says why.
             return code
-        # What there is now stays, so it need not be looked at while frames come.
+        # What there is now stays, so it need not be checked while frames come.
         gc.freeze()
         _spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):

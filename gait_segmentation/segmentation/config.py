@@ -58,14 +58,11 @@ class SegmentationConfig(StageConfig):
     )
     use_colours: bool = parameter(
         True,
-        'Where the likelihood comes from outside, learn what its values mean, and the colours of '
-        "person and surroundings; the tracker's holds both already.",
+        'Calibrate an external likelihood, and learn the colours of person and surroundings.',
     )
-    outside: bool = parameter(
+    external_likelihood: bool = parameter(
         False,
-        'The likelihood does not come from the tracker but from outside, such as a '
-        "detector's heat map that takes its place on the topic; gait_evaluate "
-        '--likelihood implies it.',
+        'The likelihood does not come from the tracker but from another node, such as a detector.',
     )
     vocabulary: str = parameter(
         '',
@@ -88,8 +85,7 @@ class SegmentationConfig(StageConfig):
     )
     paper_depth: float = parameter(
         0.04,
-        "Distance inside of the template's outline at which the paper prior's term is "
-        'full: limbs are thin, and their middle is never far from the outline.',
+        "The same inside of the template's outline, since limbs are thin.",
         minimum=0.005,
         maximum=0.5,
     )
@@ -107,7 +103,7 @@ class SegmentationConfig(StageConfig):
         minimum=0.0,
         maximum=0.2,
     )
-    paper_unconfirmed: float = parameter(
+    paper_edge_factor: float = parameter(
         0.8,
         'Factor on the paper prior where no image edge confirms the outline.',
         minimum=0.0,

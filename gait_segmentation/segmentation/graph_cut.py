@@ -7,7 +7,7 @@ The contrast term is that of Boykov and Jolly, exp(-beta |I_p - I_q|^2) / dist(p
 the mean contrast of the window; the shape term is that of Freedman and Zhang (CVPR 2005): a cut
 link costs what it is away from the template's outline, saturated.
 
-Capacities are integers; pixels whose label is given are not nodes but are folded into the t-links
+Capacities are integers; pixels whose label is fixed are not nodes but are folded into the t-links
 of their neighbours.  All work is on the open pixels, which are few, and most of these are settled
 by their own t-links, against whatever their links say; the cut of the rest is PyMaxflow's, of
 Boykov and Kolmogorov (PAMI 2004).
@@ -49,51 +49,51 @@ class OpenGraph:
     """
     The open pixels of a window and their links.
 
-    ``given`` is (h, w) int8, +1 or -1 where label 1 or 0 is given, and ``pixels`` (N,) int32 the
+    ``fixed`` is (h, w) int8, +1 or -1 where label 1 or 0 is fixed, and ``pixels`` (N,) int32 the
     places in it of the N others, row by row.  ``beside`` (N + 1, 8) int32 are their neighbours at
     :data:`STEPS`: a place among the open ones, N beyond the window, N + 1 for a pixel with label
     0 and N + 2 for one with label 1.  ``links`` (N + 1, 8) int32 >= 0 are the capacities to them,
     equal in both directions, and 0 beyond the window.
     """
 
-    given: NDArray[np.int8]
+    fixed: NDArray[np.int8]
     pixels: NDArray[np.int32]
     beside: NDArray[np.int32]
     links: NDArray[np.int32]
 
 
-def open_graph(given: NDArray[np.int8]) -> OpenGraph:
+def open_graph(fixed: NDArray[np.int8]) -> OpenGraph:
     """
     Return the graph of the open pixels, without links.
 
-    :param given: (h, w) int8, +1 or -1 where label 1 or 0 is given, 0 where open.
+    :param fixed: (h, w) int8, +1 or -1 where label 1 or 0 is fixed, 0 where open.
     """
-    pixels = np.empty(given.size - cv2.countNonZero(given), np.int32)
+    pixels = np.empty(fixed.size - cv2.countNonZero(fixed), np.int32)
     beside = np.full((len(pixels) + 1, ARCS), len(pixels), np.int32)
-    _find_open(given, pixels, beside)
-    return OpenGraph(given, pixels, beside, np.zeros(beside.shape, np.int32))
+    _find_open(fixed, pixels, beside)
+    return OpenGraph(fixed, pixels, beside, np.zeros(beside.shape, np.int32))
 
 
 @kernel('i1[:,::1], i4[::1], i4[:,::1]')
 def _find_open(
-    given: NDArray[np.int8], pixels: NDArray[np.int32], beside: NDArray[np.int32]
+    fixed: NDArray[np.int8], pixels: NDArray[np.int32], beside: NDArray[np.int32]
 ) -> None:
     """Fill in places and neighbours of the open pixels, see :class:`OpenGraph`."""
     count = np.int32(len(pixels))
     # By the rows of a window with a border, of what lies where.
-    place = np.full((given.shape[0] + 2, given.shape[1] + 2), count, np.int32)
+    place = np.full((fixed.shape[0] + 2, fixed.shape[1] + 2), count, np.int32)
     found = np.int32(0)
-    for row in range(given.shape[0]):
-        for col in range(given.shape[1]):
-            label = given[row, col]
+    for row in range(fixed.shape[0]):
+        for col in range(fixed.shape[1]):
+            label = fixed[row, col]
             if label == 0:
-                pixels[found] = row * given.shape[1] + col
+                pixels[found] = row * fixed.shape[1] + col
                 place[row + 1, col + 1] = found
                 found += 1
             else:
                 place[row + 1, col + 1] = count + 1 if label < 0 else count + 2
     for node in range(count):
-        row, col = divmod(pixels[node], given.shape[1])
+        row, col = divmod(pixels[node], fixed.shape[1])
         for arc in range(ARCS):
             beside[node, arc] = place[row + 1 + STEPS[arc, 0], col + 1 + STEPS[arc, 1]]
 
@@ -238,7 +238,7 @@ def minimum_cut(graph: OpenGraph, logit: NDArray[np.float32]) -> NDArray[np.bool
     :param logit: (N,) float32, their log-odds of label 1 (data term, t-links).
     :returns: (h, w) bool, True for label 1.
     """
-    labels = graph.given > 0
+    labels = graph.fixed > 0
     count = len(graph.pixels)
     if count == 0:
         return labels
@@ -289,7 +289,7 @@ def _settle(
     :returns: how many nodes and pairs are left.
     """
     count = len(logit)
-    # What is given, and what is beyond the window, to which links are 0.
+    # What is fixed, and what is beyond the window, to which links are 0.
     settled[:count], settled[count], settled[count + 1], settled[count + 2] = 0, 1, -1, 1
     weight, waiting = np.empty(count, np.int32), np.empty(count, np.int32)
     waits = nodes = edges = 0

@@ -1,10 +1,10 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-What is learnt of a person from frame to frame: the colours, and what is carried.
+What is learnt of a person from frame to frame: colours, and where on the body a mask is likely.
 
 A likelihood from outside may be blurred, shifted and full of holes; but not everywhere and always
-in the same way, so that the colours learnt from it tell more than it does itself.
+in the same way, so that the colours learnt from it are better evidence than it is.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ in which a wide thing that stays behind has moved on."""
 
 
 class LearntColours:
-    """Histograms of surroundings and person by height on the body; they forget in ten frames."""
+    """Running histograms of surroundings and person by height on the body, over ten frames."""
 
     def __init__(self) -> None:
         """Start without having seen anything."""
@@ -50,7 +50,7 @@ class LearntColours:
         """Return whether there is anything learnt."""
         return self._frames > 0
 
-    def learn(
+    def add_frame(
         self,
         lab: NDArray[np.uint8],
         body: BodyFrame,
@@ -58,7 +58,7 @@ class LearntColours:
         labels: NDArray[np.bool_] | None = None,
     ) -> None:
         """
-        Take in a frame.
+        Update the histograms with a frame.
 
         :param lab: (h, w, 3) uint8, the colours.
         :param body: the body in its pixels.
@@ -79,7 +79,7 @@ class LearntColours:
         self._frames += 1
         rate = (1 - _KEPT) / (1 - _KEPT**self._frames)
         for model, weight in zip(self._models, weights, strict=True):
-            model.learn(bins, rows, np.ascontiguousarray(weight, np.float32), rate)
+            model.accumulate(bins, rows, np.ascontiguousarray(weight, np.float32), rate)
 
     def odds(self, lab: NDArray[np.uint8], body: BodyFrame) -> NDArray[np.float32]:
         """
@@ -88,7 +88,7 @@ class LearntColours:
         :param lab: (h, w, 3) uint8, the colours.
         :param body: the body in its pixels.
         """
-        if not all(model.whole().any() for model in self._models):
+        if not all(model.body_histogram().any() for model in self._models):
             return np.zeros(lab.shape[:2], np.float32)
         bins = colour_bins(lab)
         bands = np.clip(_rows(lab, body) * BANDS, 0, BANDS - 1).astype(np.intp)
@@ -96,7 +96,7 @@ class LearntColours:
         return np.clip(np.log(own / other), -_LIMIT, _LIMIT)
 
 
-class Carried:
+class MeanLikelihood:
     """
     Running mean of the likelihood in the frame of the body.
 
@@ -105,7 +105,7 @@ class Carried:
     """
 
     def __init__(self) -> None:
-        """Begin with somebody who carries nothing."""
+        """Begin with zeros."""
         self._mean = np.zeros((_SIDE, _SIDE), np.float32)
 
     def at(self, body: BodyFrame, shape: tuple[int, ...]) -> NDArray[np.bool_]:
@@ -113,9 +113,9 @@ class Carried:
         matrix = _matrix(body)
         return np.asarray(cv2.warpAffine(self._mean, matrix, (shape[1], shape[0])) > 0.5)
 
-    def learn(self, likelihood: NDArray[np.uint8], body: BodyFrame) -> None:
+    def add_frame(self, likelihood: NDArray[np.uint8], body: BodyFrame) -> None:
         """
-        Take in a frame.
+        Update the mean with a frame.
 
         :param likelihood: (h, w) uint8, 255 = surely person.
         :param body: the body in its pixels.

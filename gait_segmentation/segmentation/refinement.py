@@ -38,7 +38,7 @@ def keep_supported(
     """
     Keep the components with more than 4 % of the largest one's support.
 
-    Of a part that lies mostly apart from the body nothing counts: that is somebody who passes by.
+    Of a part that lies mostly apart from the body nothing counts: that is a passer-by.
 
     :param labels: (h, w) bool, the cut.
     :param support: (h, w) float32 in 0..1, where the person is expected.
@@ -108,9 +108,9 @@ def refine(
     part = found.slices(shape[1], shape[0], reach + 1)
     area = refined[part].view(np.uint8)
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
-    given = cv2.erode(area, kernel).view(np.int8) + cv2.dilate(area, kernel).view(np.int8)
-    given -= np.int8(1)
-    graph = open_graph(given)
+    fixed = cv2.erode(area, kernel).view(np.int8) + cv2.dilate(area, kernel).view(np.int8)
+    fixed -= np.int8(1)
+    graph = open_graph(fixed)
     if len(graph.pixels) == 0:
         return refined
     cut = np.ascontiguousarray(image[part])

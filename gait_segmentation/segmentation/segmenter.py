@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box, body_window, check_body
-from gait_segmentation.heat_maps import Grades, says_something
+from gait_segmentation.heat_maps import MapCalibration, says_something
 from gait_segmentation.images import (
     Window,
     check_image,
@@ -27,7 +27,7 @@ from gait_segmentation.images import (
 )
 from gait_segmentation.paper.prior import paper_terms
 from gait_segmentation.paper.vocabulary import Vocabulary, default_vocabulary
-from gait_segmentation.people import Crew
+from gait_segmentation.people import TaskPool
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.graph_cut import (
@@ -37,7 +37,7 @@ from gait_segmentation.segmentation.graph_cut import (
     minimum_cut,
     open_graph,
 )
-from gait_segmentation.segmentation.learnt import Carried, LearntColours
+from gait_segmentation.segmentation.learnt import LearntColours, MeanLikelihood
 from gait_segmentation.segmentation.refinement import finest, keep_supported, refine, upsample
 
 _MOST_PIXELS = 2**18
@@ -45,7 +45,7 @@ _MOST_PIXELS = 2**18
 for.  A cut takes 0.6 kB for each."""
 
 _LARGEST = 8.0
-"""Height of a body, in the image's longer sides, from which nothing of its outline can be told."""
+"""Height of a body, in the image's longer sides, from which none of its outline can be seen."""
 
 _FIT_RATE = 1 / 7
 """Share of a frame in the running mean of the fit, which begins at 1: half a step."""
@@ -67,14 +67,14 @@ class Segmenter:
 
     def __init__(self, config: SegmentationConfig | None = None) -> None:
         """
-        Make a segmenter that has seen nobody.
+        Make a segmenter that has learnt nothing.
 
         :raises VocabularyError: if the configuration names a vocabulary that cannot be used.
         """
         self._config = config or SegmentationConfig()
-        # Also for other priors: the configuration may be exchanged, and a bad file is told now.
+        # Also for other priors: the configuration may be exchanged, and a bad file is refused now.
         self._vocabulary = _vocabulary(self._config)
-        self.reset()
+        self._start_track(0)
 
     @property
     def config(self) -> SegmentationConfig:
@@ -87,23 +87,22 @@ class Segmenter:
             self._vocabulary = _vocabulary(config)
         self._config = config
 
-    def reset(self) -> None:
-        """Forget the person."""
+    def _start_track(self, track_id: int) -> None:
         self._colours = LearntColours()
-        self._grades = Grades(_FLOOR)
-        self._track_id = 0
+        self._calibration = MapCalibration(_FLOOR)
+        self._track_id = track_id
         self._fit = 1.0
-        self._carried = Carried()
+        self._mean = MeanLikelihood()
         self._last: Box | None = None
 
-    def update(
+    def segment(
         self,
         image: NDArray[np.uint8],
         likelihood: NDArray[np.uint8],
         match: MatchResult,
-        taken: NDArray[np.uint8] | None = None,
+        occluded: NDArray[np.uint8] | None = None,
         *,
-        outside: bool = False,
+        external: bool = False,
     ) -> SegmentationResult:
         """
         Segment one frame, which :class:`PeopleSegmenter` has checked.
@@ -111,24 +110,23 @@ class Segmenter:
         :param image: (H, W, 3) uint8 BGR, the source frame with the stamp of ``match``.
         :param likelihood: (h, w) uint8, its foreground likelihood image at working size.
         :param match: the matched template of that frame.
-        :param taken: (H, W) uint8, non-zero where pixels belong to somebody else, if any.
-        :param outside: whether the likelihood comes from outside, not from the tracker.
+        :param occluded: (H, W) uint8, non-zero where a nearer person occludes this one.
+        :param external: whether the likelihood does not come from the tracker.
         """
         if match.track_id != self._track_id:
-            self.reset()
-            self._track_id = match.track_id
+            self._start_track(match.track_id)
         config, (height, width) = self._config, image.shape[:2]
         if match.body is None:
             gone = 'the person is hidden or gone'
-            return self._empty(image, match, gone if match.track_id else 'nobody is tracked')
+            return self._empty(image, match, gone if match.track_id else 'no person is tracked')
         if match.body.height > _LARGEST * max(height, width):
             return self._empty(image, match, 'the person is far larger than the image')
-        likelihood, whole_prior = no_finer(likelihood, match.shape_prior, match.body, width)
+        likelihood, full_prior = no_finer(likelihood, match.shape_prior, match.body, width)
         scale = likelihood.shape[1] / width
         body = match.body.scaled(scale)
         window = window_about(body, self._last, likelihood.shape)
-        given = likelihood[window]
-        if given.size == 0:
+        values = likelihood[window]
+        if values.size == 0:
             return self._empty(image, match, 'the person is outside of the image')
         # The rows and columns of the source that the window covers.
         ends = ((each.start / scale, each.stop / scale) for each in window)
@@ -138,16 +136,16 @@ class Segmenter:
         )
         crop = rows, columns
         # What is finer than the outline is cut is scaled down once, and all work on that.
-        source = finest(image[crop], given.shape)
-        if taken is not None:
-            given = given.copy()
-            given[shrink(taken[crop], given.shape) > 127] = 0
-        lab = cv2.cvtColor(shrink(source, given.shape), cv2.COLOR_BGR2Lab)
-        # What sees nobody at all, or nothing else, is believed.
-        learns = (outside or config.outside) and config.use_colours
-        learns = learns and says_something(given)
-        evidence = self._calibrated(given) if learns else given
-        prior, place = whole_prior[window], body.shifted(-window[1].start, -window[0].start)
+        source = finest(image[crop], values.shape)
+        if occluded is not None:
+            values = values.copy()
+            values[shrink(occluded[crop], values.shape) > 127] = 0
+        lab = cv2.cvtColor(shrink(source, values.shape), cv2.COLOR_BGR2Lab)
+        # A map of one value has nothing to calibrate.
+        learns = (external or config.external_likelihood) and config.use_colours
+        learns = learns and says_something(values)
+        evidence = self._calibrated(values) if learns else values
+        prior, place = full_prior[window], body.shifted(-window[1].start, -window[0].start)
         odds, psi = self._prior_terms(prior, lab, place)
         logit = _LOGIT[evidence]
         if odds is not None:
@@ -159,33 +157,33 @@ class Segmenter:
         support, known = evidence.astype(np.float32) / np.float32(255), None
         if odds is not None:
             support = (support + prior / np.float32(255)) / 2
-            known = (prior > 127) | self._carried.at(place, prior.shape)
+            known = (prior > 127) | self._mean.at(place, prior.shape)
         labels = keep_supported(labels, support, known, place.height)
         if learns:
-            self._grades.learn(np.ascontiguousarray(given), labels.view(np.uint8))
+            self._calibration.add_mask(np.ascontiguousarray(values), labels.view(np.uint8))
         found = Box.around(labels)
         if found is None:
             return self._empty(image, match, _NOBODY)
         self._last = found.shifted(window[1].start, window[0].start)
-        self._judge(match.similarity, labels, evidence)
-        self._carried.learn(evidence, place)
+        self._update_fit(match.similarity, labels, evidence)
+        self._mean.add_frame(evidence, place)
         if config.use_refinement:
             labels = refine(source, labels, logit, config.contrast)
         mask = np.zeros((height, width), np.uint8)
         part = mask[crop]
         np.multiply(upsample(labels, part.shape).view(np.uint8), np.uint8(255), out=part)
-        if taken is not None:
-            part[taken[crop] > 0] = 0
+        if occluded is not None:
+            part[occluded[crop] > 0] = 0
         if not part.any():
             # Of so little that none of it is left at full resolution, or off those before.
             return self._empty(image, match, _NOBODY)
         return SegmentationResult(match.stamp_ns, match.track_id, mask, '')
 
     def _calibrated(self, values: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Return what a likelihood from outside is as earlier masks tell, (h, w) uint8."""
-        if self._grades.shares is None:
-            self._grades.believe(np.ascontiguousarray(values))
-        logit = self._grades.evidence(values)
+        """Return a likelihood from outside as calibrated by earlier masks, (h, w) uint8."""
+        if self._calibration.shares is None:
+            self._calibration.assume_probabilities(np.ascontiguousarray(values))
+        logit = self._calibration.evidence(values)
         return np.rint(255 / (1 + np.exp(-logit))).astype(np.uint8)
 
     def _cut_by_colours(
@@ -198,13 +196,13 @@ class Segmenter:
     ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
         """Cut twice, the second time with the colours of the first cut."""
         if not self._colours.ready:
-            self._colours.learn(lab, place, evidence)
+            self._colours.add_frame(lab, place, evidence)
         first = self._solve(lab, logit + self._colours.odds(lab, place), psi)
         tried = deepcopy(self._colours)
-        tried.learn(lab, place, evidence, first)
+        tried.add_frame(lab, place, evidence, first)
         logit = logit + tried.odds(lab, place)
         labels = self._solve(lab, logit, psi)
-        self._colours.learn(lab, place, evidence, labels)
+        self._colours.add_frame(lab, place, evidence, labels)
         return labels, logit
 
     def _solve(
@@ -236,7 +234,7 @@ class Segmenter:
                 depth=config.paper_depth,
                 orientation=config.paper_orientation,
                 search=config.paper_search,
-                unconfirmed=config.paper_unconfirmed,
+                unconfirmed=config.paper_edge_factor,
                 strongest=config.contrast + config.paper_weight,
             )
             return (None, None) if found is None else found
@@ -253,7 +251,7 @@ class Segmenter:
         odds = np.clip(steps, -_LARGEST_ODDS, _LARGEST_ODDS)
         return np.float32(trust * config.template_weight) * odds, None
 
-    def _judge(
+    def _update_fit(
         self, similarity: float, labels: NDArray[np.bool_], evidence: NDArray[np.uint8]
     ) -> None:
         """
@@ -347,7 +345,7 @@ class PeopleSegmenter:
         """
         config = config or SegmentationConfig()
         self._slots = [Segmenter(config) for _ in range(max_people)]
-        self._crew = Crew(threads)
+        self._pool = TaskPool(threads)
 
     @property
     def config(self) -> SegmentationConfig:
@@ -360,9 +358,8 @@ class PeopleSegmenter:
             slot.config = config
 
     def reset(self) -> None:
-        """Forget everybody."""
-        for slot in self._slots:
-            slot.reset()
+        """Drop all that is learnt of the people."""
+        self._slots = [Segmenter(self.config) for _ in self._slots]
 
     def update(
         self,
@@ -370,7 +367,7 @@ class PeopleSegmenter:
         likelihoods: Sequence[NDArray[np.uint8]],
         matches: Sequence[MatchResult],
         *,
-        outside: bool = False,
+        external: bool = False,
     ) -> PeopleMasks:
         """
         Segment one frame.
@@ -378,7 +375,7 @@ class PeopleSegmenter:
         :param image: (H, W, 3) uint8 BGR, the source frame with the stamp of the matches.
         :param likelihoods: (h, w) uint8, the foreground likelihood image of each slot.
         :param matches: the matched template of each slot.
-        :param outside: whether the likelihoods come from outside, not from the tracker.
+        :param external: whether the likelihoods do not come from the tracker.
         :raises InputError: if shapes or types do not fit, or a body makes no sense.
         """
         check_image(image)
@@ -388,7 +385,7 @@ class PeopleSegmenter:
                 f'{len(likelihoods)} and {len(matches)}'
             )
         for likelihood, match in zip(likelihoods, matches, strict=True):
-            # Before anybody's state is changed.
+            # Before the state of any slot is changed.
             prior, shape = match.shape_prior, likelihood.shape
             check_map(likelihood, 'likelihood')
             check_map(prior, 'shape prior')
@@ -406,10 +403,10 @@ class PeopleSegmenter:
             if match.body is not None:
                 check_body(match.body, (image.shape[1], image.shape[0]))
         tasks = [
-            functools.partial(self._cut_out, group, image, likelihoods, matches, outside=outside)
+            functools.partial(self._cut_out, group, image, likelihoods, matches, external=external)
             for group in _groups(matches)
         ]
-        found = {slot: each for part in self._crew.run(tasks) for slot, each in part.items()}
+        found = {slot: each for part in self._pool.run(tasks) for slot, each in part.items()}
         people = tuple(found[slot] for slot in range(len(self._slots)))
         if len(people) == 1:
             mask = people[0].mask
@@ -426,15 +423,15 @@ class PeopleSegmenter:
         likelihoods: Sequence[NDArray[np.uint8]],
         matches: Sequence[MatchResult],
         *,
-        outside: bool,
+        external: bool,
     ) -> dict[int, SegmentationResult]:
-        """Cut out slots one after the other; what those before have got is taken."""
+        """Cut out slots one after the other; those before occlude the others."""
         found: dict[int, SegmentationResult] = {}
         for slot in group:
             masks = [each.mask for other, each in found.items() if _touch(matches, slot, other)]
-            taken = functools.reduce(np.bitwise_or, masks) if masks else None
-            found[slot] = self._slots[slot].update(
-                image, likelihoods[slot], matches[slot], taken, outside=outside
+            occluded = functools.reduce(np.bitwise_or, masks) if masks else None
+            found[slot] = self._slots[slot].segment(
+                image, likelihoods[slot], matches[slot], occluded, external=external
             )
         return found
 

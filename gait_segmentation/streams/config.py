@@ -30,9 +30,8 @@ class NodeConfig(StageConfig):
     )
     backlog: int = parameter(
         10,
-        'Frames that may wait in the backlog. When more come, all but the newest are '
-        'dropped, and only one waits until the node has caught up. Raising it drops fewer '
-        'frames after short delays.',
+        'Frames that may wait. When more come, all but the newest are dropped, and only one waits '
+        'until the node has caught up.',
         unit='frames',
         minimum=1,
         maximum=1000,
@@ -132,7 +131,7 @@ class SegmenterNodeConfig(StageConfig):
     keep_images: int = parameter(
         40,
         'Images kept while they wait for their match. Must cover the lag of the matching and '
-        'the frames under way.',
+        'the frames in process.',
         unit='frames',
         minimum=2,
         maximum=1000,
@@ -146,8 +145,8 @@ class LocalizerNodeConfig(StageConfig):
 
     ground_frame: str = parameter(
         '',
-        'Frame of tf with z up and z = 0 on the ground, such as odom: tells where the camera is, '
-        'and speeds while it moves. Empty = localization.camera_height and camera_pitch tell it.',
+        'Frame of tf with z up and z = 0 on the ground, such as odom: gives the pose of the '
+        'camera, also while it moves. Empty = localization.camera_height and camera_pitch do.',
         fixed=True,
     )
     rectified: bool = parameter(

@@ -36,10 +36,10 @@ the matched template with the likelihood, both 0..1.
 """
 
 TEMPLATE_NAMES = ('template_sequence', 'template_phase')
-"""Further joints, which nobody needs to send: the numbers of the matched template in the bank."""
+"""Further joints, which are optional: the numbers of the matched template in the bank."""
 
 Corners = tuple[tuple[float, float], ...]
-"""Four (x, y) clockwise from the body's top left, none if nobody is tracked."""
+"""Four (x, y) clockwise from the body's top left, none if no person is tracked."""
 
 
 def slot_topic(slot: int, name: str) -> str:
@@ -89,7 +89,7 @@ def gait_joints(match: MatchResult) -> tuple[tuple[Any, ...], ...]:
     """
     Return what ``gait`` says of a match: names, positions, velocities and efforts of its joints.
 
-    All are empty if nobody is tracked.
+    All are empty if no person is tracked.
     """
     if match.body is None:
         return (), (), (), ()
@@ -118,13 +118,13 @@ def stamp_of(header: Any) -> int:
 
 def points_of(message: Any) -> Corners:
     """
-    Return the corners of a box message, none if nobody is tracked.
+    Return the corners of a box message, none if no person is tracked.
 
     :raises InputError: if there are neither 0 nor 4 points, or one is not finite.
     """
     points = tuple((point.x, point.y) for point in message.polygon.polygon.points)
     if len(points) not in (0, 4):
-        raise InputError(f'a box must have 4 points, or none for nobody, got {len(points)}')
+        raise InputError(f'a box must have 4 points, or none, got {len(points)}')
     if not all(math.isfinite(value) for point in points for value in point):
         raise InputError(f'box points must be finite, got {points}')
     return points
@@ -136,7 +136,7 @@ def read_box(message: Any) -> tuple[Box | None, float]:
 
     Corners in another order than clockwise from the body's top left make an upright box.
 
-    :returns: None and 0 if nobody is tracked.
+    :returns: None and 0 if no person is tracked.
     :raises InputError: see :func:`points_of`; also if the box has no size.
     """
     points = points_of(message)
@@ -153,7 +153,7 @@ def read_box(message: Any) -> tuple[Box | None, float]:
 
 def read_body(message: Any) -> BodyFrame | None:
     """
-    Return the body a matched box stands for, None if nobody is tracked.
+    Return the body a matched box stands for, None if no person is tracked.
 
     :raises InputError: see :func:`points_of`; also if the rectangle has no size.
     """
@@ -179,7 +179,7 @@ def read_gait(message: Any) -> Gait:
     """
     Return what a gait message says; all is 0 if it has no joints.
 
-    A message without efforts does not say how similar the template is: it is believed.
+    A message without efforts does not say how similar the template is: 1 is taken.
 
     :raises InputError: if joints are missing or have no position, or a number is not finite.
     """
@@ -231,16 +231,16 @@ def read_match(parts: Parts, slot: int) -> MatchResult:
     """
     box = parts[slot_topic(slot, 'matched_box')]
     walk = read_gait(parts[slot_topic(slot, 'gait')])
-    nobody = MatchResult.nobody(stamp_of(box.header), int(box.polygon.id), (0, 0))
+    empty = MatchResult.empty(stamp_of(box.header), int(box.polygon.id), (0, 0))
     prior = parts.get(slot_topic(slot, 'shape_prior'))
     return dataclasses.replace(
-        nobody,
+        empty,
         body=read_body(box),
         phase=walk.phase,
         phase_rate=walk.rate,
         azimuth=walk.azimuth,
         similarity=walk.similarity,
-        shape_prior=nobody.shape_prior if prior is None else read_mono8(prior),
+        shape_prior=empty.shape_prior if prior is None else read_mono8(prior),
     )
 
 

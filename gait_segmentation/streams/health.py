@@ -135,7 +135,7 @@ class Warnings:
         """
         Log a warning about some frames.
 
-        :param text: the key as well; ``{}`` stands for these frames and those not told of before.
+        :param text: the key as well; ``{}`` stands for these frames and those not counted before.
         """
         self._untold[text] += frames
         count = self._untold[text]

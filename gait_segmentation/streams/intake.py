@@ -34,7 +34,7 @@ class Intake:
 
     Boxes asked for by :meth:`request` start tracks at the next frame: the newest, as many as there
     are slots, since each costs time and more could not be kept.  The initial box does so at the
-    first frame that is not earlier than its stamp, and again after :meth:`begin_anew`.
+    first frame that is not earlier than its stamp, and again after :meth:`arm`.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class Intake:
         """
         Wait for the first frame.
 
-        :param reset: makes the stages forget everything, ``initialize`` starts a track at the
+        :param reset: drops all tracks, ``initialize`` starts a track at the
             frame taken in, and ``warn`` logs a warning, given a key and a text.
         :param slots: boxes that can be asked for at a time.
         """
@@ -59,7 +59,7 @@ class Intake:
         self._warn = warn
         self._initial_box = initial_box
         self._initial_stamp_ns = initial_stamp_ns
-        self._armed = initial_box is not None
+        self.arm()
         self._requested: deque[Box] = deque(maxlen=slots)
         self.shape: tuple[int, int] | None = None
 
@@ -72,11 +72,11 @@ class Intake:
         """Start a track at the next frame; of more than there are slots the oldest is dropped."""
         self._requested.append(box)
 
-    def forget(self) -> None:
-        """Drop boxes that were asked for and have not been used."""
+    def drop_requests(self) -> None:
+        """Drop the boxes that wait for the next frame."""
         self._requested.clear()
 
-    def begin_anew(self) -> None:
+    def arm(self) -> None:
         """Start from the initial box again, as in a bag that loops."""
         self._armed = self._initial_box is not None
 
@@ -123,10 +123,6 @@ class MapIntake:
         """
         self._add = add
         self._warn = warn
-        self.forget()
-
-    def forget(self) -> None:
-        """Forget the images and maps so far."""
         self._image_ns = self._map_ns = 0
         self.in_use = False
         """Whether maps come."""
@@ -199,7 +195,7 @@ def new_people(
     """
     Return the boxes to start tracks from: of people who are not tracked, for slots that are free.
 
-    A detector sees the tracked people in every frame; they must not be started anew.
+    A detector sees the tracked people in every frame; they must not be restarted.
 
     :param requested: boxes that tracks are about to start from.
     """

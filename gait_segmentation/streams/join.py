@@ -15,7 +15,7 @@ class ExactJoin:
 
     All stages copy the source image's header, so stamps agree to the nanosecond and nothing
     needs to be approximated.  Each part comes in the order of the images: when an entry is
-    complete, those that began before it will never be, and are given up, as is the oldest when
+    complete, those that began before it will never be, and are dropped, as is the oldest when
     too many wait.  The order is that in which entries began, not that of stamps, which go back
     where a bag loops.
     """
@@ -32,7 +32,7 @@ class ExactJoin:
         self._order = list(stages)
         self.capacity = capacity
         self.missed: Counter[str] = Counter()
-        """Entries given up, by the part that they lacked."""
+        """Entries dropped, by the part that they lacked."""
 
         self.skipped: Counter[str] = Counter()
         """The same by stage, where neither it nor one after it had said a thing."""
@@ -40,12 +40,8 @@ class ExactJoin:
         self.stale = 0
         """Parts ignored since their stamp had come before."""
 
-        self.reset()
-
-    def reset(self) -> None:
-        """Drop what waits, without counting it."""
         self._entries: dict[int, dict[str, Any]] = {}
-        self._given_up: deque[int] = deque(maxlen=10 * self.capacity)
+        self._dropped: deque[int] = deque(maxlen=10 * self.capacity)
         self._come: set[str] = set()
         self._early: set[int] = set()
 
@@ -69,7 +65,7 @@ class ExactJoin:
             # Who sends it may just have started: what began before is no loss.
             self._come.add(part)
             self._early.update(self._entries)
-        if stamp_ns in self._given_up:
+        if stamp_ns in self._dropped:
             return None
         entry = self._entries.setdefault(stamp_ns, {})
         if part in entry:
@@ -78,18 +74,18 @@ class ExactJoin:
         entry[part] = value
         if len(entry) == len(self._stages):
             while (oldest := next(iter(self._entries))) != stamp_ns:
-                self._give_up(oldest)
+                self._drop(oldest)
             del self._entries[stamp_ns]
             self._early.discard(stamp_ns)
             return entry
         if len(self._entries) > self.capacity:
-            self._give_up(next(iter(self._entries)))
+            self._drop(next(iter(self._entries)))
         return None
 
-    def _give_up(self, stamp_ns: int) -> None:
+    def _drop(self, stamp_ns: int) -> None:
         """Drop an entry, and count it if what it lacks had ever come before it began."""
         entry = self._entries.pop(stamp_ns)
-        self._given_up.append(stamp_ns)
+        self._dropped.append(stamp_ns)
         part = self._lacking(entry)
         if part not in self._come or stamp_ns in self._early:
             self._early.discard(stamp_ns)

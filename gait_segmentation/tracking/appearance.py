@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-What a person looks like, coarsely: to tell whether somebody found again is the same.
+What a person looks like, coarsely: to tell whether a person found again is the same.
 
 Histograms of colour in three bands of the body (head, trunk, legs), compared by the
 Bhattacharyya coefficient.  They are far coarser than those of the likelihood, which must tell a
@@ -104,7 +104,7 @@ class Appearance:
         """Go on as if all colours had the same a* and b*, and their own lightness."""
         self._mean, self._last = (_faded(each, chroma) for each in (self._mean, self._last))
 
-    def learn(self, signature: NDArray[np.float32]) -> None:
+    def add(self, signature: NDArray[np.float32]) -> None:
         """Take in the colours of a frame, see :func:`colour_signature`."""
         self._last = signature
         self._mean = self._mean + np.float32(_RATE) * (signature - self._mean)
@@ -117,9 +117,9 @@ class Appearance:
         """
         Return whether colours are those of the person, as usual or as they were last.
 
-        Somebody who has walked into other light since the track began looks more like the last
+        A person who has walked into other light since the track began looks more like the last
         masks than like the mean.  These count only as far as they are like the mean themselves:
-        they may be of somebody else who was taken for the person.
+        they may be of another person who was taken for the person.
         """
         if self.similarity(look) >= SAME_COLOURS:
             return True

@@ -28,13 +28,13 @@ from gait_segmentation.geometry import REACH
 from gait_segmentation.images import Window, distance_from, overlap, within
 
 _FARTHEST = -6.0
-"""Log ratio that falls off up to :data:`.REACH`, where somebody ceases to compete."""
+"""Log ratio that falls off up to :data:`.REACH`, where a person ceases to compete."""
 
 _REFUSED = np.float32(-0.5)
 """Log ratio of a pixel for those who do not get it though they find it likely."""
 
 _NEARER = 1.5
-"""Advantage, as a log ratio, of somebody who stands nearer."""
+"""Advantage, as a log ratio, of a person who stands nearer."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,8 @@ class PixelClaim:
     ``logit`` is (h, w) float32 and ``mask`` (h, w) uint8, where the person is expected;
     ``away`` is (h, w) float32, how far beside it pixels are, in pixels, and ``body`` (h, w) uint8
     the matched template, None without one.
-    ``feet`` is the row of the soles and ``height`` that of the body, in pixels.  Somebody
-    ``hidden`` competes, too, so that nobody takes what is about to be seen of them.
+    ``feet`` is the row of the soles and ``height`` that of the body, in pixels.  A person
+    ``hidden`` competes, too, so that no one takes what is about to be seen of them.
     """
 
     window: Window
@@ -61,14 +61,14 @@ class PixelClaim:
     @property
     def falloff(self) -> NDArray[np.float32]:
         """Return g: 0 where the person is expected, falling off with the distance from there."""
-        # By the body, if it is known: a mask that has taken in somebody else would keep them.
+        # By the body, if it is known: a mask that has taken in another person would keep them.
         away = self.away if self.body is None else distance_from(self.body > 127)
         return np.float32(_FARTHEST) * beyond(away, self.height)
 
 
 def associate(claims: Sequence[PixelClaim]) -> list[NDArray[np.float32]]:
     """
-    Return the log ratio of each person against the surroundings and everybody else.
+    Return the log ratio of each person against the surroundings and all others.
 
     :param claims: of people in one image; their arrays stay as they are.
     """

@@ -47,7 +47,7 @@ class TrackingConfig(StageConfig):
     heat_map_age: float = parameter(
         0.2,
         'Age up to which the newest heat map counts where a frame has none of its own; it is '
-        'carried along with people.',
+        'moved along with people.',
         unit='s',
         minimum=0.0,
         maximum=2.0,
@@ -76,14 +76,14 @@ class TrackingConfig(StageConfig):
         minimum=1e-7,
         maximum=0.1,
     )
-    stranger_density: float = parameter(
+    foreground_density: float = parameter(
         1e-3,
-        'Probability of each colour where somebody who is not known may be: away from where the '
-        'person is expected. Higher keeps the mask to the person when others pass.',
+        'Probability of each colour of other foreground, away from where the person is expected. '
+        'Higher keeps the mask to the person when others pass.',
         minimum=0.0,
         maximum=0.1,
     )
-    use_competition: bool = parameter(True, 'Share pixels out between people.', fixed=True)
+    use_association: bool = parameter(True, 'Associate each pixel with one person.', fixed=True)
     use_light: bool = parameter(True, 'Undo what light does to the levels.', fixed=True)
     use_flicker: bool = parameter(True, 'Undo the bands of lamps that flicker, too.', fixed=True)
     use_fade: bool = parameter(True, 'Keep what is known when the colours go.', fixed=True)

@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import ColourModel, body_rows, colour_bins
 from gait_segmentation.geometry import BodyFrame, body_window
 from gait_segmentation.images import (
+    Bounds,
     Window,
     bounding_box,
     count_likely,
     distance_from,
     placed,
     shifted_part,
+    shrink,
     size_of,
 )
 from gait_segmentation.results import LOST, TRACKED, Feedback
@@ -31,7 +33,6 @@ from gait_segmentation.tracking.cues import CueInput
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
 from gait_segmentation.tracking.cues.motion import MotionCue
 from gait_segmentation.tracking.likelihood import log_ratio
-from gait_segmentation.tracking.masks import grown, without_parts_apart, working_masks
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.track import WHOLE, State, Track
 from gait_segmentation.tracking.visibility import (
@@ -52,6 +53,10 @@ _MOST_SEEN = 4.0
 """Size of a mask, over that of the template, from which it is of more than the person."""
 
 
+_MARGIN = 0.02
+"""How far a mask may be off, in body heights: so far about it no background is learnt."""
+
+
 class Silhouette(NamedTuple):
     """A mask or template, (h, w) uint8 of the view, and where the body was in its frame."""
 
@@ -59,7 +64,7 @@ class Silhouette(NamedTuple):
     displacement: Shift
 
     def at(self, displacement: Shift, window: Window) -> NDArray[np.uint8]:
-        """Return a window of it, carried along with the body; it may be a part of the image."""
+        """Return a window of it, moved along with the body; it may be a part of the image."""
         (x, y), (to_x, to_y) = self.displacement, displacement
         return shifted_part(self.image, round(to_x - x), round(to_y - y), window)
 
@@ -97,15 +102,15 @@ class FusionTrack(Track):
         )
         self._learn_first_colours(start.votes)
         self.cues = (MotionCue(), heat_map or HeatMapCue())
-        self.appearance = Appearance(self._signature(start.mask, view.now))
+        self.appearance = Appearance(self._signature(start.mask, view.now, self.window))
 
     def expected_mask(self) -> NDArray[np.uint8]:
-        """Return the last mask, carried along with the body."""
+        """Return the last mask, moved along with the body."""
         mask = self.full if self.state == LOST else self.mask
         return mask.at(self.displacement, self.window)
 
     def silhouette(self) -> NDArray[np.uint8]:
-        """Return what was seen of the person last, carried along with the body."""
+        """Return what was seen of the person last, moved along with the body."""
         return self.visible.at(self.displacement, self.window)
 
     def claim(self) -> PixelClaim | None:
@@ -119,7 +124,7 @@ class FusionTrack(Track):
         template = strangers = None
         if self.template is not None:
             template = self.template.at(self.displacement, window)
-            strangers = np.float32(config.stranger_density) * beyond(away, pose.height)
+            strangers = np.float32(config.foreground_density) * beyond(away, pose.height)
         logit = log_ratio(
             lab,
             pose.rows(window),
@@ -146,7 +151,7 @@ class FusionTrack(Track):
             self.shift(gain * shift.dx, gain * shift.dy)
             if self.view.is_late:
                 # The last mask is of an earlier frame: until a newer one comes, this is the size.
-                pose.follow_scale(shift.scale)
+                self.pose = self.pose.scaled(shift.scale)
         self.show(values, visibility, claim)
 
     def enter(self, state: str, reason: str) -> None:
@@ -156,14 +161,14 @@ class FusionTrack(Track):
             self.template = None
 
     def find(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:
-        """Take in that somebody lost is seen where the expected mask is, and follow that."""
+        """Take in that a lost person is seen where the expected mask is, and follow that."""
         expected = placed(claim.mask, claim.window, self.view.shape)
         self.mask = self.visible = Silhouette(expected, self.displacement)
         super().find(values, visibility, claim)
 
     def looks_alike(self, mask: NDArray[np.uint8]) -> bool:
         """Return whether the colours in a mask are those of the person."""
-        return self.appearance.is_like(self._signature(mask, self.view.now))
+        return self.appearance.is_like(self._signature(mask, self.view.now, self.window))
 
     def similarity(self, start: FirstMask, frame: Frame) -> float:
         """Return how alike (0..1) the colours of a first mask in some frame are."""
@@ -186,7 +191,7 @@ class FusionTrack(Track):
         """
         Learn from the mask of a frame; see :meth:`Track.correct`.
 
-        Nothing is learnt of colours, size and look from a mask that shows only part of somebody
+        Nothing is learnt of colours, size and look from a mask that shows only part of a person
         who is not at the border, but the person is followed by that part.
         """
         if feedback is None or self.state == LOST:
@@ -198,7 +203,7 @@ class FusionTrack(Track):
         # To where the body was in that frame.
         (x, y), (to_x, to_y) = state.displacement, self.displacement
         dx, dy = to_x - x, to_y - y
-        self.pose.shift(-dx, -dy)
+        self.pose = self.pose.shifted(-dx, -dy)
         window, height = self.window, self.pose.height
         whole = self._shows_all(mask)
         if whole:
@@ -213,7 +218,7 @@ class FusionTrack(Track):
             known = self.mask.at(state.displacement, window) | mask[window]
             where[window] = known | cv2.inRange(template[window], 128, 255)
             about = grown(where, height)
-        self.pose.shift(dx, dy)
+        self.pose = self.pose.shifted(dx, dy)
         return (window, *about) if whole or alone else None
 
     def _learn(
@@ -233,20 +238,17 @@ class FusionTrack(Track):
         for cue in self.cues:
             noted = state.notes.get(type(cue).__name__)
             if noted is not None:
-                cue.learn(noted[1], mask[noted[0]])
+                cue.calibrate(noted[1], mask[noted[0]])
         background = self.view.background_in(frame, window)
         lab = frame.image.lab_part(window)
         foreground = background.contradicted(lab, window, config.shadow_floor)
         known = background.is_sure(window) & (foreground == 0)
         self._learn_colours(lab, window, mask, template, known)
         bounds = bounding_box(mask)
-        # A piece of the place that the first mask took along would pull the body to it.
-        own = without_parts_apart(mask, template, self.pose.height)
-        own_bounds = bounds if own is mask else bounding_box(own)
-        self.pose.fit(own, body, own_bounds)
+        self.pose = self.pose.fitted(mask, body, bounds)
         if config.use_tilt:
-            self.pose.update_tilt(own, own_bounds)
-        self.appearance.learn(self._signature(mask, frame))
+            self.pose = self.pose.tilted(mask, bounds)
+        self.appearance.add(self._signature(mask, frame, self.window))
         if self.pose.share_inside(mask.shape) > ALONE:
             self.full = self.mask
 
@@ -277,8 +279,8 @@ class FusionTrack(Track):
         if body.any():
             inside &= distance_from(body) < GUARD * self.pose.height
         inside &= body | ~known
-        self.colours.learn(bins, rows, inside, self.config.person_colour_rate)
-        self.surroundings.learn(bins, rows, outside, self.config.colour_rate)
+        self.colours.accumulate(bins, rows, inside, self.config.person_colour_rate)
+        self.surroundings.accumulate(bins, rows, outside, self.config.colour_rate)
 
     def _learn_first_colours(self, votes: NDArray[np.float32]) -> None:
         """
@@ -291,13 +293,15 @@ class FusionTrack(Track):
         window = self.window
         bins, rows = colour_bins(self.view.now.image.lab_part(window)), self.pose.rows(window)
         inside = np.ascontiguousarray(votes[window])
-        self.colours.learn(bins, rows, inside, 1.0)
+        self.colours.accumulate(bins, rows, inside, 1.0)
         outside = cv2.erode(1 - inside, np.ones((3, 3), np.uint8))
-        self.surroundings.learn(bins, rows, outside, 1.0)
+        self.surroundings.accumulate(bins, rows, outside, 1.0)
 
-    def _signature(self, mask: NDArray[np.uint8], frame: Frame) -> NDArray[np.float32]:
+    def _signature(
+        self, mask: NDArray[np.uint8], frame: Frame, window: Window
+    ) -> NDArray[np.float32]:
         """Return what the person looks like in a mask of a frame, see ``colour_signature``."""
-        window, lab = self.window, frame.image.lab_part(self.window)
+        lab = frame.image.lab_part(window)
         return colour_signature(lab, mask[window], self.pose.rows(window))
 
     def _shows_all(self, mask: NDArray[np.uint8]) -> bool:
@@ -316,3 +320,38 @@ class FusionTrack(Track):
         """Return whether a mask is of the size of a person, beside the template."""
         area, expected = cv2.countNonZero(mask[self.window]), count_likely(template[self.window])
         return max(LEAST_SEEN * expected, 9) < area < _MOST_SEEN * max(expected, 9)
+
+
+def working_masks(
+    feedback: Feedback, shape: tuple[int, int]
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Return mask (0/255) and template at working size, (h, w) uint8, for the tracker alone."""
+    mask, prior = feedback.mask, feedback.shape_prior
+    # They are kept, and who else has them may draw on them.
+    if mask.shape == shape:
+        mask = mask.copy()
+    else:
+        mask = np.asarray(cv2.threshold(shrink(mask, shape), 127, 255, cv2.THRESH_BINARY)[1])
+    if prior.shape == shape:
+        return mask, prior.copy()
+    return mask, np.asarray(cv2.resize(prior, shape[::-1], interpolation=cv2.INTER_LINEAR))
+
+
+def grown(
+    mask: NDArray[np.uint8], height: float, bounds: Bounds | None = None
+) -> tuple[Window, NDArray[np.uint8]]:
+    """
+    Return a mask with a margin, where the person may be: a window and what is in it.
+
+    :param mask: (h, w) uint8.
+    :param height: of the body in pixels.
+    :param bounds: of the mask, if they are known.
+    """
+    size = 2 * max(1, round(_MARGIN * height)) + 1
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    x, y, width, tall = bounding_box(mask) if bounds is None else bounds
+    part = (
+        slice(max(y - size, 0), min(y + tall + size, mask.shape[0])),
+        slice(max(x - size, 0), min(x + width + size, mask.shape[1])),
+    )
+    return part, np.asarray(cv2.dilate(mask[part], kernel))

@@ -15,15 +15,15 @@ from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.scene.scene import View
 from gait_segmentation.tracking.association import associate
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.fusion import grown
 from gait_segmentation.tracking.likelihood import likelihood_image
-from gait_segmentation.tracking.masks import grown
 from gait_segmentation.tracking.reidentification import reacquire
 from gait_segmentation.tracking.track import Track
 
 Likelihoods = dict[int, NDArray[np.uint8]]
 
 Place = tuple[Track, Window, NDArray[np.uint8]]
-"""Where somebody is expected: rows and columns about them, and (h, w) uint8 0/255 of these."""
+"""Where a person is expected: rows and columns about them, and (h, w) uint8 0/255 of these."""
 
 
 def visible_silhouettes(tracks: Sequence[Track]) -> dict[int, NDArray[np.uint8]]:
@@ -62,7 +62,7 @@ def observe(view: View, tracks: Sequence[Track]) -> Likelihoods:
     judged = [(track, track.claim()) for track in tracks]
     present = [(track, claim) for track, claim in judged if claim is not None]
     logits = [claim.logit for _, claim in present]
-    if all(track.config.use_competition for track in tracks):
+    if all(track.config.use_association for track in tracks):
         logits = associate([claim for _, claim in present])
     masks: list[Place] = []
     for (track, claim), logit in zip(present, logits, strict=True):
@@ -137,7 +137,7 @@ def _measure_misplacement(view: View, tracks: Sequence[Track]) -> None:
 
 
 def _occluder(track: Track, masks: Sequence[Place], window: Window) -> NDArray[np.uint8] | None:
-    """Return where in a window those who stand nearer hide somebody, None if nowhere."""
+    """Return where in a window those who stand nearer hide a person, None if nowhere."""
     occluder = None
     for other, about, mask in masks:
         nearer = other is not track and other.state != LOST and other.pose.feet > track.pose.feet
@@ -149,6 +149,6 @@ def _occluder(track: Track, masks: Sequence[Place], window: Window) -> NDArray[n
 
 
 def _take(taken: NDArray[np.uint8], track: Track, likelihood: NDArray[np.uint8]) -> None:
-    """Mark the likely pixels where somebody is expected, in images of the working size."""
+    """Mark the likely pixels where a person is expected, in images of the working size."""
     likely = likelihood[track.window] > 127
     taken[track.window] |= np.where(likely, track.expected_mask(), 0)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tracks begun: the first mask in a box, and the slot that somebody found gets."""
+"""Tracks begun: the first mask in a box, and the slot that a person found gets."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ from gait_segmentation.tracking.mean_shift import start_in
 from gait_segmentation.tracking.track import Track
 
 _ABOUT = 0.3
-"""How far about somebody found the place is remembered, in body heights."""
+"""How far about a person found the place is remembered, in body heights."""
 
 
 Beginning = tuple[FirstMask, HeatMapCue]
-"""The first mask of somebody, and what is known of the heat map."""
+"""The first mask of a person, and what is known of the heat map."""
 
 
 def estimate_first(
@@ -94,7 +94,7 @@ def _as_shown(start: FirstMask, logit: NDArray[np.float32], window: Window) -> F
     """
     Return a start with the mask that a heat map shows.
 
-    By the silhouette there somebody is known for a body, while the box may hold a cabinet as well
+    By the silhouette there a person is known for a body, while the box may hold a cabinet as well
     that continues them.
 
     :param logit: (h, w) float32 of the window, what the map says.
@@ -110,7 +110,7 @@ def slot_for_found(
     slots: Sequence[Track | None], view: View, start: FirstMask
 ) -> tuple[int, int | None] | None:
     """
-    Return the slot that somebody found gets, None if there is none.
+    Return the slot that a person found gets, None if there is none.
 
     :param start: the first mask, in the newest frame of the view.
     :returns: the number of the slot, and the track id if it is the person who was lost there,

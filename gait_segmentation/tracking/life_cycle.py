@@ -14,7 +14,7 @@ _LOST_FRAMES = 2
 """Frames in a row in which too little is seen after which a person is lost."""
 
 GAP_S = 0.5
-"""Time between two frames from which on nobody is followed from one to the other."""
+"""Time between two frames from which on no one is followed from one to the other."""
 
 
 def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str, str]:
@@ -22,8 +22,8 @@ def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str,
     Return the state of a track from now on, and why; nothing else decides over it.
 
     A candidate is ended when it vanishes in the open, or when after a second its masks have not
-    the shape of a body, and confirmed after three.  Somebody tracked is lost in a gap, outside of
-    the image, and when too little is seen in two frames in a row.  Somebody lost is tracked again
+    the shape of a body, and confirmed after three.  A tracked person is lost in a gap, outside of
+    the image, and when too little is seen in two frames in a row.  A lost person is tracked again
     when they are found, and ended when they are not for so long as ``patience`` says.
 
     :param stamp_ns: of the newest frame.
@@ -46,5 +46,5 @@ def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str,
     if track.is_outside:
         return LOST, 'outside of the image'
     if track.unseen_frames >= _LOST_FRAMES:
-        return LOST, 'hidden, or not told from what is around'
+        return LOST, 'hidden, or not distinct from the surroundings'
     return TRACKED, ''

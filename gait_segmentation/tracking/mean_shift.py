@@ -79,7 +79,7 @@ class MeanShiftTrack(Track):
         return PixelClaim(window, logit, mask, away, pose.feet, pose.height, hidden)
 
     def looks_alike(self, mask: NDArray[np.uint8]) -> bool:
-        """Return that the likelihood has told all that this tracker can."""
+        """Return that the likelihood says all that this tracker knows."""
         return True
 
     def refine(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:
@@ -90,15 +90,17 @@ class MeanShiftTrack(Track):
         self.shift(shift.dx, shift.dy)
         before = self.states[-2].displacement if len(self.states) > 1 else (0.0, 0.0)
         dx, dy = (now - then for now, then in zip(self.displacement, before, strict=True))
-        x, y = pose.center_x - dx, pose.center_y - dy
+        x, y = self.pose.center_x - dx, self.pose.center_y - dy
         to_x, to_y = self.view.now.motion.carry(x, y)
-        pose.update_velocity((to_x - x, to_y - y), (dx, dy), self.view.step_s)
+        self.pose = self.pose.with_step((to_x - x, to_y - y), (dx, dy), self.view.step_s)
         if self._frames < _SETTLED:
             self._frames += 1
             self._usual += (shift.scale - self._usual) / self._frames
         else:
             # Without anything likely there is no size.
-            pose.grow(min(max(shift.scale / max(self._usual, _LEAST_MASS), 0.5), 2.0))
+            self.pose = self.pose.grown(
+                min(max(shift.scale / max(self._usual, _LEAST_MASS), 0.5), 2.0)
+            )
         self._learn()
 
     def _learn(self) -> None:
@@ -113,7 +115,7 @@ class MeanShiftTrack(Track):
         if self.features:
             person &= self._selector.log_ratio(pixels) >= 0
         labels[person] = 1
-        self._selector.learn(pixels, labels)
+        self._selector.rank(pixels, labels)
         self.features = self._selector.features
 
 

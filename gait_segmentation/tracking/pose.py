@@ -5,14 +5,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import body_rows
-from gait_segmentation.geometry import BodyFrame, Box, body_window
+from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.images import (
     Bounds,
     Window,
@@ -37,12 +38,12 @@ WIDEST = 0.6
 
 _MOST_GROWTH = 1.15
 """
-The most by which the height changes with a mask, and by which somebody grows who is cut off by
+The most by which the height changes with a mask, and by which a person grows who is cut off by
 the lower border, of whom only the least height can be seen.
 """
 
 _BEYOND = 0.3
-"""How far outside of the image the centre of somebody is expected at most, in body heights."""
+"""How far outside of the image the centre of a person is expected at most, in body heights."""
 
 _TILT_ON, _TILT_OFF, _MOST_TILT = 0.16, 0.10, 0.5
 """Tilt from which and down to which it is used, and the largest, in radians."""
@@ -87,7 +88,7 @@ def extent_of(
     return Extent(top - 0.5, bottom + 0.5, left - 0.5, far + 0.5, axis, at_bottom)
 
 
-@dataclass
+@dataclass(frozen=True)
 class Pose:
     """
     Place, size, tilt and velocity of a body in working pixels.
@@ -110,18 +111,15 @@ class Pose:
     masks: int = 0
     mask_height: float = 0.0
 
-    def __post_init__(self) -> None:
-        """Take the first height for that of the first mask."""
-        self.mask_height = self.height
-
     @classmethod
     def of(cls, body: BodyFrame, box: Box, tilt: float = 0.0) -> Pose:
         """Return the pose of a body in a tight box."""
         left, right = body.center_x - box.x, box.right - body.center_x
         x, y, height = body.center_x, body.center_y, body.height
-        return cls(x, y, height, max(left, 1.0), max(right, 1.0), tilt, tilt)
+        sides = max(left, 1.0), max(right, 1.0)
+        return cls(x, y, height, *sides, tilt, tilt, mask_height=height)
 
-    @property
+    @cached_property
     def box(self) -> Box:
         """Return the tight box in the frame of the body: turned by ``angle`` about its centre."""
         width, top = self.left + self.right, self.center_y - self.height / 2
@@ -137,11 +135,6 @@ class Pose:
         """Return the row of the soles: the lower, the nearer."""
         return self.center_y + self.height / 2
 
-    def window(self, shape: tuple[int, int]) -> Window:
-        """Return the rows and columns of an image of (h, w) in which pixels are judged."""
-        around = body_window(self.center_x, self.center_y, self.height, self.box)
-        return around.slices(shape[1], shape[0])
-
     def rows(self, window: Window) -> NDArray[np.float32]:
         """Return how far down the body each pixel of a window lies, 0 to 1, (h, w)."""
         origin, center = (window[1].start, window[0].start), (self.center_x, self.center_y)
@@ -154,13 +147,12 @@ class Pose:
         down = min(box.bottom, shape[0]) - max(box.y, 0.0)
         return 0.0 if min(across, down) <= 0 else across * down / (box.width * box.height)
 
-    def shift(self, dx: float, dy: float) -> None:
-        """Move the body."""
-        self.center_x += dx
-        self.center_y += dy
+    def shifted(self, dx: float, dy: float) -> Pose:
+        """Return it moved."""
+        return replace(self, center_x=self.center_x + dx, center_y=self.center_y + dy)
 
     def outside_by(self, shape: tuple[int, int]) -> Shift:
-        """Return the shift back to where somebody outside of an image of (h, w) is at most."""
+        """Return the shift back to where a person outside of an image of (h, w) is at most."""
         beyond = _BEYOND * self.height
         dx = min(max(self.center_x, -beyond), shape[1] + beyond) - self.center_x
         dy = min(max(self.center_y, -beyond), shape[0] + beyond) - self.center_y
@@ -171,30 +163,31 @@ class Pose:
         seconds = max(seconds, _LEAST_STEP_S)
         return self.velocity[0] * seconds, self.velocity[1] * seconds
 
-    def update_velocity(self, world: Shift, body: Shift, seconds: float) -> None:
+    def with_step(self, world: Shift, body: Shift, seconds: float) -> Pose:
         """
-        Correct the velocity by a measured shift of the body.
+        Return it with the velocity corrected by a measured shift of the body.
 
         :param world: shift of the still world at the body.
         :param body: shift of the body in the image.
         :param seconds: between the two frames.
         """
         if seconds < _LEAST_STEP_S:
-            return
-        self.moves += 1
-        rate = max(_VELOCITY_RATE, 1 / self.moves)
-        x, y = ((b - w) / seconds - v for b, w, v in zip(body, world, self.velocity, strict=True))
-        self.velocity = (self.velocity[0] + rate * x, self.velocity[1] + rate * y)
+            return self
+        rate = max(_VELOCITY_RATE, 1 / (self.moves + 1))
+        x, y = self.velocity
+        x += rate * ((body[0] - world[0]) / seconds - x)
+        y += rate * ((body[1] - world[1]) / seconds - y)
+        return replace(self, velocity=(x, y), moves=self.moves + 1)
 
-    def stand(self) -> None:
-        """Take the body for standing until it is seen to move again."""
-        self.velocity, self.moves = (0.0, 0.0), 0
+    def standing(self) -> Pose:
+        """Return it as of a person who stands until they are seen to move again."""
+        return replace(self, velocity=(0.0, 0.0), moves=0)
 
-    def fit(
+    def fitted(
         self, mask: NDArray[np.uint8], body: BodyFrame | None, bounds: Bounds | None = None
-    ) -> None:
+    ) -> Pose:
         """
-        Correct place and size by a mask and the matched body.
+        Return it with place and size corrected by a mask and the matched body.
 
         :param mask: (h, w) uint8 0/255 of the working image.
         :param body: the matched body in working pixels.
@@ -212,34 +205,39 @@ class Pose:
         mean = 0.5 * template_height + 0.5 * tall
         goal = max(template_height, tall) if extent.at_bottom else mean
         goal = min(max(goal, self.height / _MOST_GROWTH), _MOST_GROWTH * self.height)
-        self.height += _POSE_RATE * (goal - self.height)
+        height = self.height + _POSE_RATE * (goal - self.height)
         if extent.at_bottom:
             # More of the body is below the border: it is at least as tall as that.
             least = max(tall, (extent.right - extent.left) / WIDEST)
-            self.height = max(self.height, min(least, _MOST_GROWTH * self.mask_height))
-            along = extent.top + self.height / 2
+            height = max(height, min(least, _MOST_GROWTH * self.mask_height))
+            along = extent.top + height / 2
         else:
             along = 0.5 * middle + 0.25 * template_along
         across = 0.3 * template_across + 0.3 * extent.axis
-        self.shift(cos * across - sin * along, sin * across + cos * along)
-        self.mask_height = self.height
-        self.left = max(across - extent.left, 1.0)
-        self.right = max(extent.right - across, 1.0)
+        return replace(
+            self,
+            center_x=self.center_x + cos * across - sin * along,
+            center_y=self.center_y + (sin * across + cos * along),
+            height=height,
+            left=max(across - extent.left, 1.0),
+            right=max(extent.right - across, 1.0),
+            mask_height=height,
+        )
 
-    def follow_scale(self, scale: float) -> None:
-        """Follow the size that mean shift measured, over that in the last mask."""
-        self.grow(self.mask_height * min(max(scale, 1 / _MOST_GROWTH), _MOST_GROWTH) / self.height)
+    def scaled(self, scale: float) -> Pose:
+        """Return it at the size that mean shift measured, over that in the last mask."""
+        most = min(max(scale, 1 / _MOST_GROWTH), _MOST_GROWTH)
+        return self.grown(self.mask_height * most / self.height)
 
-    def grow(self, ratio: float) -> None:
-        """Follow a change of size: height now over height so far."""
+    def grown(self, ratio: float) -> Pose:
+        """Return it as it follows a change of size: height now over height so far."""
         change = max(1 + _POSE_RATE * (ratio - 1), 1 / self.height)
-        self.height *= change
-        self.left *= change
-        self.right *= change
+        height, left, right = (change * each for each in (self.height, self.left, self.right))
+        return replace(self, height=height, left=left, right=right)
 
-    def update_tilt(self, mask: NDArray[np.uint8], bounds: Bounds | None = None) -> None:
+    def tilted(self, mask: NDArray[np.uint8], bounds: Bounds | None = None) -> Pose:
         """
-        Follow the tilt of the body: the main axis of the masks, averaged over steps.
+        Return it with the tilt of a mask: its main axis, averaged over steps.
 
         The tilt is used only once it is large, and then until it is small again, because on
         upright people bags and shadows would pull it about.
@@ -249,10 +247,9 @@ class Pose:
         """
         x, y, width, height = bounding_box(mask) if bounds is None else bounds
         if height > 0 and (y < 2 or y + height > mask.shape[0] - 2):
-            return
-        tilt = axis_tilt(mask[y : y + height, x : x + width])
-        self.masks += 1
-        rate = max(_POSE_RATE, 1 / self.masks)
-        self.tilt += rate * (min(max(tilt, -_MOST_TILT), _MOST_TILT) - self.tilt)
-        threshold = _TILT_OFF if self.angle else _TILT_ON
-        self.angle = self.tilt if abs(self.tilt) > threshold else 0.0
+            return self
+        measured = axis_tilt(mask[y : y + height, x : x + width])
+        rate = max(_POSE_RATE, 1 / (self.masks + 1))
+        tilt = self.tilt + rate * (min(max(measured, -_MOST_TILT), _MOST_TILT) - self.tilt)
+        angle = tilt if abs(tilt) > (_TILT_OFF if self.angle else _TILT_ON) else 0.0
+        return replace(self, tilt=tilt, angle=angle, masks=self.masks + 1)

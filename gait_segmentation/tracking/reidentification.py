@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Somebody lost found again: where expected, or else all over the image at low resolution."""
+"""Re-identification of a lost person: where expected, else all over the image, made small."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from gait_segmentation.tracking.visibility import ALONE, LEAST_SEEN, Visibility
 
 _FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.12, 0.5, 0.35
 """
-What somebody lost must show to be found: unoccluded share, likelihood, and contrast.  The first is
+What a lost person must show to be found: unoccluded share, likelihood, and contrast.  The first is
 what a search must score, too, since what is hidden adds nothing.
 """
 
@@ -59,7 +59,7 @@ def reacquire(
         likelihood[taken > 0] = 0
         if _shows(track, claim, likelihood, taken):
             # Who is not where the pace led does not walk at it.
-            track.pose.stand()
+            track.pose = track.pose.standing()
             return likelihood
     track.shift(-dx, -dy)
     return None
@@ -69,7 +69,7 @@ def _shows(
     track: Track, claim: PixelClaim, likelihood: NDArray[np.uint8], taken: NDArray[np.uint8]
 ) -> bool:
     """
-    Return whether the person, and nobody else, can be seen at the place; then track them there.
+    Return whether the person, and no one else, can be seen at the place; then track them there.
 
     If not, nothing but the confidence changes.
     """

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import REACH, Box
+from gait_segmentation.geometry import REACH, Box, body_window
 from gait_segmentation.images import Window, size_of
 from gait_segmentation.results import LOST, TRACKED, FeatureWeight, Feedback, TrackResult
 from gait_segmentation.scene.scene import MOST_KEPT, Frame, Shift, View
@@ -54,7 +54,7 @@ class Track(ABC):
     ``pose`` is that in the newest frame, and ``states`` has one entry for each frame that is
     kept.  ``state`` is tracked or lost, with the ``reason``, as :func:`.next_state` says, and
     ``probation`` that of a candidate.  ``seen`` is the share of the person seen last, too little
-    for ``unseen_frames``, ``lost_s`` the seconds since somebody lost was seen, and ``found``
+    for ``unseen_frames``, ``lost_s`` the seconds since a lost person was seen, and ``found``
     whether they are in the newest frame.
     """
 
@@ -70,6 +70,7 @@ class Track(ABC):
         self.seen, self.unoccluded = 1.0, True
         self.lost_s, self.unseen_frames, self.found = 0.0, 0, False
         self._box: Box | None = None
+        self._window: tuple[Pose | None, Window] = None, (slice(0), slice(0))
 
     @property
     def displacement(self) -> Shift:
@@ -99,8 +100,12 @@ class Track(ABC):
 
     @property
     def window(self) -> Window:
-        """Return the rows and columns about the person in the view."""
-        return self.pose.window(self.view.shape)
+        """Return the rows and columns of the view in which pixels are judged."""
+        pose, (height, width) = self.pose, self.view.shape
+        if self._window[0] is not pose:
+            around = body_window(pose.center_x, pose.center_y, pose.height, pose.box)
+            self._window = pose, around.slices(width, height)
+        return self._window[1]
 
     def is_near(self, other: Track) -> bool:
         """Return whether the box about another person comes near to that about this one."""
@@ -118,7 +123,7 @@ class Track(ABC):
     @abstractmethod
     def refine(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:
         """
-        Refine place and size by the likelihood of somebody who is seen.
+        Refine place and size by the likelihood of a person who is seen.
 
         :param values: (h, w) uint8 likelihood of the window of the claim.
         """
@@ -144,7 +149,7 @@ class Track(ABC):
         """
         Learn from the mask of a frame that is kept, if one came.
 
-        :param alone: whether nobody else who is tracked is near.
+        :param alone: whether no other track is near.
         :returns: the window about the person, and a window and (h, w) uint8 of where the person
             may be in that frame; None if the mask says nothing.
         """
@@ -156,7 +161,7 @@ class Track(ABC):
 
     def shift(self, dx: float, dy: float) -> None:
         """Move the body in the newest frame."""
-        self.pose.shift(dx, dy)
+        self.pose = self.pose.shifted(dx, dy)
         x, y = self.displacement
         self.states[-1].displacement = (x + dx, y + dy)
 
@@ -172,7 +177,7 @@ class Track(ABC):
         world, step = (x - pose.center_x, y - pose.center_y), pose.step(seconds)
         shift = None
         if self.state == LOST:
-            # In a gap nobody was looked for.
+            # In a gap no one was looked for.
             self.lost_s += min(seconds, _MOST_LOST_S)
             share = math.exp(-max(self.lost_s - _COAST_S, 0.0) / _STOP_S)
             step = share * step[0], share * step[1]
@@ -182,11 +187,11 @@ class Track(ABC):
         if shift is None:
             shift = world[0] + step[0], world[1] + step[1]
         else:
-            pose.update_velocity(world, shift, seconds)
+            self.pose = pose.with_step(world, shift, seconds)
         self.states.append(State(view.now, self.displacement))
         self.shift(*shift)
         # A velocity that was measured wrongly leads anywhere; who is lost waits at the border.
-        self.shift(*pose.outside_by(view.shape))
+        self.shift(*self.pose.outside_by(view.shape))
 
     def observe(
         self, likelihood: NDArray[np.uint8], claim: PixelClaim, occluder: NDArray[np.uint8] | None
@@ -227,7 +232,7 @@ class Track(ABC):
 
     def find(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:
         """
-        Take in that somebody lost is seen where the expected mask is.
+        Take in that a lost person is seen where the expected mask is.
 
         :param values: (h, w) uint8 likelihood of the window of the claim.
         """
@@ -258,4 +263,5 @@ class Track(ABC):
             self.state,
             self.body if seen else None,
             self.features if seen else (),
+            self.reason,
         )

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import count
 from typing import Any
 
@@ -33,8 +34,8 @@ from gait_segmentation.tracking.mean_shift import MeanShiftTrack
 from gait_segmentation.tracking.pose import WIDEST
 from gait_segmentation.tracking.track import Track
 
-_SMALLEST, _LARGEST = 0.7, 2.0
-"""Heights, over the working height, of the people who share a view."""
+_MOST_APART = 1.5
+"""Ratio of the scales of people who share a view."""
 
 _SAME_PERSON = 0.4
 """Overlap (intersection over union) from which a box is that of a person already tracked."""
@@ -44,7 +45,7 @@ class PeopleTracker:
     """
     Tracks people from first boxes, each in a slot of its own, and finds them by their walk.
 
-    People are looked for while a slot is free or waits for somebody lost, and until a box is
+    People are looked for while a slot is free or waits for a lost person, and until a box is
     given by :meth:`initialize`; then whoever gives boxes is to give all.
 
     The likelihood learns from the masks that come back through :meth:`learn`; they may come some
@@ -60,7 +61,7 @@ class PeopleTracker:
         starting: StartingConfig | None = None,
     ) -> None:
         """
-        Make a tracker that tracks nobody.
+        Make a tracker without a track.
 
         :param bank: the templates that people are found and first masks estimated with.
         :param max_people: number of slots.
@@ -78,6 +79,7 @@ class PeopleTracker:
 
     def _forget(self) -> None:
         self._slots = [None] * len(self._slots)
+        self._reasons = [''] * len(self._slots)
         self._scene: Scene | None = None
         self._heat_map: HeatMap | None = None
         self._stamp_ns = 0
@@ -97,7 +99,7 @@ class PeopleTracker:
 
     @property
     def starting(self) -> StartingConfig:
-        """Return how people are found; another configuration begins the search anew."""
+        """Return how people are found; another configuration resets the search."""
         return self._starting
 
     @starting.setter
@@ -108,7 +110,7 @@ class PeopleTracker:
 
     def reset(self, *, waiting: bool = True) -> None:
         """
-        Forget everybody and the place, but the track ids given so far.
+        Forget all people and the place, but the track ids given so far.
 
         :param waiting: whether to forget the boxes and maps that wait for the next frame, too.
         """
@@ -116,13 +118,13 @@ class PeopleTracker:
         if waiting:
             self._boxes = []
             self._given = False
-            self._heat_maps.clear()
+            self._heat_maps = HeatMaps()
 
     def initialize(self, box: Box) -> None:
         """
         Start a new track at the next frame.
 
-        A box on a person already tracked starts that slot anew; any other takes a free slot, or
+        A box on a person already tracked restarts that slot; any other takes a free slot, or
         without one, that of the least confident person.
 
         :param box: the tight box of a person, in source pixels.
@@ -136,7 +138,7 @@ class PeopleTracker:
         """
         Take in where people are as others see it: evidence beside the tracker's own.
 
-        The newest map counts that is not older than ``heat_map_age``, carried along with people.
+        The newest map counts that is not older than ``heat_map_age``, moved along with people.
 
         :param heat_map: of any size and kind, see :func:`heat_map_of`.
         :param stamp_ns: that of the frame it was made of, which may still come or be some before.
@@ -151,7 +153,7 @@ class PeopleTracker:
         """
         Take in the next frame.
 
-        Another image size forgets everybody.
+        Another image size resets the tracker.
 
         :param image: (H, W, 3) uint8 BGR.
         :param stamp_ns: its stamp, later than the last one's; see :meth:`reset`.
@@ -169,7 +171,7 @@ class PeopleTracker:
         if self._scene is not None and source != self._scene.source:
             self._forget()
         if self._scene is None or not self._scene.views:
-            # Nobody has looked at the place meanwhile.
+            # No view has followed the place meanwhile.
             self._scene = Scene(source)
         self._stamp_ns = stamp_ns
         self._heat_map = self._heat_maps.newest(stamp_ns, self._config.heat_map_age)
@@ -243,7 +245,7 @@ class PeopleTracker:
 
     def _predict(self, scene: Scene, image: NDArray[np.uint8]) -> None:
         """
-        Take a frame into the scene, and predict everybody into it.
+        Take a frame into the scene, and predict all tracks into it.
 
         After a gap they are lost, to be looked for from where they were: nothing tells how they
         went.
@@ -252,7 +254,7 @@ class PeopleTracker:
         if gap_s > GAP_S:
             self._update_states(gap_s)
             for track in self.tracks():
-                track.pose.stand()
+                track.pose = track.pose.standing()
         silhouettes: dict[int, NDArray[np.uint8]] = {}
         for view in self._views():
             tracks = self.tracks(view)
@@ -291,64 +293,40 @@ class PeopleTracker:
 
     def _search(self, scene: Scene, *, at_first: bool) -> list[tuple[Box, bool]]:
         """
-        Remember what the place looks like; return who is found for free slots, see :meth:`_find`.
+        Remember what the place looks like, and look for people for free slots.
 
         Candidates are looked at by the search until they are confirmed.
 
         :param at_first: whether boxes were given before there was anything to remember.
+        :returns: boxes of people found, in source pixels, and whether by their walk or in a map.
         """
-        free = any(track is None or track.state == LOST for track in self._slots)
+        tracked = [track for track in self.tracks() if track.state == TRACKED]
         candidates = [track for track in self.tracks() if track.probation is not None]
-        occupied_all = not (free or candidates) and len(self._slots) == 1
-        if at_first or occupied_all or (self._given and any(self._slots)):
+        free, several = len(tracked) < len(self._slots), len(self._slots) > 1
+        if at_first or not (free or candidates or several) or (self._given and any(self._slots)):
             self._finder.reset()
             return []
-        occupied: list[Box] = []
-        tried: list[Box] = []
-        for track in self.tracks():
-            if track.state == TRACKED:
-                (tried if track in candidates else occupied).append(track.body)
+        boxes: dict[bool, list[Box]] = {False: [], True: []}
+        for track in tracked:
+            # No wider than one body: another person may be beside it.
+            x, y, height = track.body.center_x, track.body.center_y, track.body.height
+            width = min(track.body.width, WIDEST * height)
+            boxes[track in candidates].append(Box.from_center(x, y, width, height))
         wanted = bool(free or candidates) and not self._given
+        found = self._finder.update(scene, boxes[False], tried=boxes[True], wanted=wanted)
         heat = self._heat_map
-        heat = heat if free and heat is not None and heat.stamp_ns == self._stamp_ns else None
-        found = self._find(scene, occupied, tried, heat, wanted=wanted)
-        return found if free else []
-
-    def _find(
-        self,
-        scene: Scene,
-        occupied: Sequence[Box],
-        tried: Sequence[Box],
-        heat: HeatMap | None,
-        *,
-        wanted: bool,
-    ) -> list[tuple[Box, bool]]:
-        """
-        Return the boxes of people newly found, and whether by the walk or in a heat map.
-
-        :param occupied: boxes of people known already, in source pixels.
-        :param tried: those of people found by their walk who are still candidates.
-        :param heat: where people are as others see it, if of this frame.
-        :param wanted: whether there is a slot for anybody; if not, what moves is followed only.
-        """
-        # No wider than one body: somebody else may be beside it.
-        taken, doubtful = (
-            [
-                Box.from_center(
-                    box.center_x, box.center_y, min(box.width, WIDEST * box.height), box.height
-                )
-                for box in boxes
-            ]
-            for boxes in (occupied, tried)
-        )
-        walkers = self._finder.update(scene, taken, tried=doubtful, wanted=wanted)
-        found = [(box, True) for box in walkers]
-        if heat is None or not wanted or self._starting.auto_init == 'none':
-            return found
+        if not free:
+            return []
+        walkers = [(box, True) for box in found]
+        if heat is None or heat.stamp_ns != self._stamp_ns or not wanted:
+            return walkers
+        if self._starting.auto_init == 'none':
+            return walkers
         searched = max(1.0, max(scene.source) / self._starting.search_size)
-        least, known = self._starting.least_height * searched, [*occupied, *tried, *walkers]
+        known = [*boxes[False], *boxes[True], *found]
+        least = self._starting.least_height * searched
         shown = self._map_finder.update(heat, scene.source, known, least)
-        return [*found, *((box, False) for box in shown)]
+        return [*walkers, *((box, False) for box in shown)]
 
     def _update_states(self, gap_s: float = 0.0) -> None:
         """Let every track go over to its next state, and free the slots of those that end."""
@@ -357,9 +335,9 @@ class PeopleTracker:
                 continue
             if track.probation is not None and track.state == TRACKED:
                 track.probation.see(self._finder.evidence(track.body))
-            state, reason = next_state(track, self._stamp_ns, gap_s=gap_s)
+            state, self._reasons[slot] = next_state(track, self._stamp_ns, gap_s=gap_s)
             if state != ENDED:
-                track.enter(state, reason)
+                track.enter(state, self._reasons[slot])
                 if track.probation is not None and track.probation.is_over(self._stamp_ns):
                     track.probation = None
                 continue
@@ -369,7 +347,7 @@ class PeopleTracker:
         self._drop_unused()
 
     def _start_found(self, box: Box, *, by_walk: bool) -> None:
-        """Start somebody found in a slot, if there is one."""
+        """Start a person found in a slot, if there is one."""
         view = self._view_for(box)
         beginning = self._estimate(view, box.scaled(view.scale), by_map=not by_walk)
         place = slot_for_found(self._slots, view, beginning[0])
@@ -403,23 +381,20 @@ class PeopleTracker:
     def _view_for(self, box: Box) -> View:
         """Return a view of the scene in which a person is well seen."""
         assert self._scene is not None
-        source, config = self._scene.source, self._config
-        scale, largest = (
-            working_scale(
-                *source,
-                working_size=config.working_size,
-                person_height=person_height,
-                working_height=config.working_height,
-            )
-            for person_height in (box.height, 1.0)
-        )
+        scale = self._scale_for(self._scene.source, box.height)
         for view in self._views():
-            height = box.height * view.scale / config.working_height
-            if height <= _LARGEST and (view.scale >= largest or height >= _SMALLEST):
+            if 1 / _MOST_APART <= view.scale / scale <= _MOST_APART:
                 return view
-        view = View(source, scale)
+        view = View(self._scene.source, scale)
         self._scene.add(view)
         return view
+
+    def _scale_for(self, source: tuple[int, int], height: float) -> float:
+        """Return the scale at which a person of a height in source pixels is tracked."""
+        size, working = self._config.working_size, self._config.working_height
+        return working_scale(
+            *source, working_size=size, person_height=height, working_height=working
+        )
 
     def _drop_unused(self) -> None:
         if self._scene is not None:
@@ -434,9 +409,10 @@ class PeopleTracker:
             likelihoods |= group.observe(view, self.tracks(view))
         self._update_states()
         results = []
-        for track in self._slots:
+        for slot, track in enumerate(self._slots):
             if track is None:
-                results.append(self.nobody(self._stamp_ns, scene.source))
+                empty = self.empty(self._stamp_ns, scene.source)
+                results.append(replace(empty, reason=self._reasons[slot]))
                 continue
             likelihood = likelihoods.get(track.track_id)
             if likelihood is None or track.state == LOST:
@@ -444,13 +420,8 @@ class PeopleTracker:
             results.append(track.result(likelihood))
         return results
 
-    def nobody(self, stamp_ns: int, source: tuple[int, int]) -> TrackResult:
-        """Return that nobody is tracked in a frame; ``source`` is (H, W) of the image."""
-        scale = working_scale(
-            *source,
-            working_size=self._config.working_size,
-            person_height=1,
-            working_height=1,
-        )
+    def empty(self, stamp_ns: int, source: tuple[int, int]) -> TrackResult:
+        """Return the result of an empty slot; ``source`` is (H, W) of the image."""
+        scale = self._scale_for(source, self._config.working_height)
         shape = working_shape(*source, scale)
         return TrackResult(stamp_ns, 0, None, np.zeros(shape, np.uint8), 0.0)

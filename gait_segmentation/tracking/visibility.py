@@ -26,7 +26,7 @@ GUARD = 0.05
 """How far outside of the last mask or the template pixels are the person's, in body heights."""
 
 LEAST_SEEN = 0.25
-"""Share of a person below which nothing can be told: neither learnt nor followed."""
+"""Share of a person below which nothing is known: neither learnt nor followed."""
 
 _ITERATIONS, _DONE_PX = 10, 0.25
 """Most steps of mean shift, and the step that is the last."""

@@ -290,7 +290,7 @@ def test_it_is_said_why_the_ground_locates_nobody() -> None:
     _, about, mask, model, pose = first()
     above = dataclasses.replace(about, body=BodyFrame(320.0, 10.0, 100.0))
     far = dataclasses.replace(about, body=BodyFrame(320.0, model.cy + 1 - 50, 100.0))
-    nobody = MatchResult.nobody(about.stamp_ns, 0, (1, 1))
+    nobody = MatchResult.empty(about.stamp_ns, 0, (1, 1))
     localizer = Localizer()
     located = localizer.update([above, far, nobody, about], [mask] * 4, model, pose)
     assert [place and place.track_id for place in located] == [None, None, None, 1]

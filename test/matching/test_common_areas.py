@@ -104,7 +104,7 @@ def test_similarities_are_those_of_the_definition(name, kernel):
     bank, known = templates(), MASKS[name]
     coded, similarities = maps(bank, kernel)
     images = likelihoods() if known is None else np.minimum(likelihoods(), known)
-    found = similarities.update(Sampled(images, known), ALL)
+    found = similarities.compare(Sampled(images, known), ALL)
     found = found[coded.row, : ALL.size].reshape(3, 2, 2, -1)
     share = expected(bank, images, known)
     assert np.abs(found + COST[:, None] - UNIT * share).max() <= 0.51
@@ -119,10 +119,10 @@ def test_only_placements_that_are_searched_are_compared(name, first, shape, kern
     _, similarities = maps(templates(), kernel)
     sampled, part = Sampled(likelihoods(), MASKS[name]), SearchRange(first, shape)
     lanes = np.arange(ALL.size).reshape(ALL.shape)[part.slices].ravel()
-    every = similarities.update(sampled, ALL)[:, lanes]
+    every = similarities.compare(sampled, ALL)[:, lanes]
     # The second time in memory that was used before.
     for _ in range(2):
-        found = similarities.update(sampled, part)
+        found = similarities.compare(sampled, part)
         assert found.shape[1] == part.pitch
         np.testing.assert_array_equal(found[:, : part.size], every)
 

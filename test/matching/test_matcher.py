@@ -49,7 +49,7 @@ def walk(azimuth, frames, shift=0, noise=0.0):
 def run(matcher, frames, **more):
     results = []
     for stamp, _, image, box in frames:
-        results += matcher.update(image, box, stamp, track_id=1, source_size=SIZE, **more)
+        results += matcher.add_frame(image, box, stamp, track_id=1, source_size=SIZE, **more)
     return results
 
 
@@ -113,7 +113,7 @@ def test_the_body_is_followed_where_the_box_is_wrong(bank, parameters, frames, w
     matcher = SequenceMatcher(bank, config(**parameters))
     for number, (stamp, _, image, box) in enumerate(walk(0.3, frames)):
         given = wrong(box, number)
-        (result,) = matcher.update(image, given, stamp, track_id=1, source_size=SIZE)
+        (result,) = matcher.add_frame(image, given, stamp, track_id=1, source_size=SIZE)
         if number not in lost:
             # The axis of the body is not the middle of its box.
             assert abs(result.body.center_x - box.center_x) < 0.06 * HEIGHT
@@ -128,7 +128,7 @@ def test_the_body_stays_where_it_is_while_the_box_moves_between_placements(bank)
         off = 0.02 * HEIGHT * part
         moved = resized(box.shifted(off, off), 1.08 ** (part - 0.5))
         matcher = SequenceMatcher(bank, config(scale_cost=0.0))
-        (result,) = matcher.update(image, moved, stamp, track_id=1, source_size=SIZE)
+        (result,) = matcher.add_frame(image, moved, stamp, track_id=1, source_size=SIZE)
         body = result.body
         bodies.append((body.center_x, body.center_y, HEIGHT * math.log(body.height)))
     assert (np.ptp(bodies, axis=0) / HEIGHT < (0.025, 0.025, 0.06)).all()
@@ -145,10 +145,10 @@ def test_a_lag_gives_each_frame_once_and_flush_or_nobody_the_rest(bank):
     assert matcher.flush() == []
     assert np.abs(off(results, frames, 0.0)).max() < 0.04
     # Without a box the path ends.
-    matcher.reset()
+    matcher = SequenceMatcher(bank, config(lag=4))
     run(matcher, frames[:5])
     stamp, _, image, _ = frames[5]
-    results = matcher.update(image, None, stamp, track_id=0, source_size=SIZE)
+    results = matcher.add_frame(image, None, stamp, track_id=0, source_size=SIZE)
     assert [r.stamp_ns for r in results] == [f[0] for f in frames[1:6]]
     assert [r.track_id for r in results] == [1] * 4 + [0]
     assert results[-1].body is None
@@ -186,12 +186,11 @@ def test_another_person_or_a_long_pause_begins_anew_and_nothing_seen_is_not_beli
     run(matcher, frames[:6])
     stamp, _, image, box = frames[6]
     given = {'box': box, 'track_id': 2, 'source_size': SIZE}
-    (fresh,) = other.update(image, stamp_ns=stamp, **given)
+    (fresh,) = other.add_frame(image, stamp_ns=stamp, **given)
     for later in (stamp, stamp + 10**10):
-        (found,) = matcher.update(image, stamp_ns=later, **given)
+        (found,) = matcher.add_frame(image, stamp_ns=later, **given)
         assert (found.phase, found.phase_rate) == (fresh.phase, fresh.phase_rate)
-    other.reset()
-    (result,) = other.update(image * 0, stamp_ns=stamp, **given)
+    (result,) = SequenceMatcher(bank, config()).add_frame(image * 0, stamp_ns=stamp, **given)
     assert (result.similarity, result.confidence) == (0, 0)
     assert (result.placement.dx, result.placement.dy, result.placement.scale) == (0, 0, 1)
 
@@ -216,12 +215,12 @@ def test_another_person_or_a_long_pause_begins_anew_and_nothing_seen_is_not_beli
 def test_refuses_what_it_cannot_use_and_goes_on(bank, change, words):
     matcher = SequenceMatcher(bank, config())
     stamp, _, image, box = next(walk(0.0, 1))
-    matcher.update(image, box, stamp, track_id=1, source_size=SIZE)
+    matcher.add_frame(image, box, stamp, track_id=1, source_size=SIZE)
     values = {'likelihood': image, 'box': box, 'stamp_ns': stamp + 1, 'source_size': SIZE}
     with pytest.raises(InputError, match=words):
-        matcher.update(**{**values, **change}, track_id=1)
+        matcher.add_frame(**{**values, **change}, track_id=1)
     good = {**values, 'stamp_ns': stamp + 5 * 10**7}
-    assert len(matcher.update(**good, track_id=1)) == 1
+    assert len(matcher.add_frame(**good, track_id=1)) == 1
 
 
 def test_memory_does_not_grow(bank):
@@ -230,7 +229,7 @@ def test_memory_does_not_grow(bank):
     for number in range(130):
         _, _, image, box = frames[number % len(frames)]
         stamp = 10**9 + number * 10**9 // FPS
-        matcher.update(image, box, stamp, track_id=1, source_size=SIZE)
+        matcher.add_frame(image, box, stamp, track_id=1, source_size=SIZE)
         if number in (80, 129):
             # Also empties the interpreter's lists of freed objects.
             gc.collect()

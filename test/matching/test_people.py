@@ -70,14 +70,14 @@ def test_a_frame_that_cannot_be_used_is_skipped_in_all_slots(door, threads, monk
         bad = replace(bad, likelihood=np.zeros((7, 320), np.uint8))
     else:
         # An error that nothing refuses, in the second slot.
-        update = SequenceMatcher.update
+        update = SequenceMatcher.add_frame
 
         def failing(slot, *given, track_id, **more):
             if track_id == 2:
                 raise RuntimeError('no proportions')
             return update(slot, *given, track_id=track_id, **more)
 
-        monkeypatch.setattr(SequenceMatcher, 'update', failing)
+        monkeypatch.setattr(SequenceMatcher, 'add_frame', failing)
     with pytest.raises(InputError if door else RuntimeError, match='proportions'):
         matcher.update([good, bad], source_size=SIZE)
     monkeypatch.undo()

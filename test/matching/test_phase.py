@@ -29,7 +29,7 @@ def phase_errors(azimuths, told):
         image = np.where(rng.random(image.shape) < 0.2, 255 - image, image).astype(np.uint8)
         dx, dy, dh = HEIGHT * rng.normal(0, 0.01, 3)
         body = BodyFrame(65 + dx, 70 + dy, HEIGHT + dh)
-        finder.update(image, None, body, ('average', view), 0, number / FPS)
+        finder.add_frame(image, None, body, ('average', view), 0, number / FPS)
         belief = finder.clock.belief()
         at = np.angle(belief @ np.exp(4j * np.pi * np.arange(30) / 30)) / (4 * np.pi)
         found.append((at - phase + 0.25) % 0.5 - 0.25)
@@ -47,52 +47,52 @@ def test_a_wrong_view_does_not_keep_the_phase_from_being_found(degrees, wrong):
 
 def test_a_motion_is_believed_the_more_the_longer_it_shows_and_jumps_at_once():
     steady, body = SteadyBody(), BodyFrame(50.0, 80.0, 100.0)
-    steady.update(body, 0.0)
+    steady.smooth(body, 0.0)
     # Of a slope through two frames a fifth counts.
     moved = replace(body, center_x=51.0)
-    assert steady.update(moved, 0.04).center_x == pytest.approx(50.6)
-    steady.reset()
+    assert steady.smooth(moved, 0.04).center_x == pytest.approx(50.6)
+    steady = SteadyBody()
     for number in range(40):
-        steady.update(body, number / FPS)
+        steady.smooth(body, number / FPS)
     far, tall = replace(body, center_x=150.0), replace(body, height=200.0)
-    assert astuple(steady.update(far, 40 / FPS)) == pytest.approx(astuple(far))
-    steady.reset()
-    assert astuple(steady.update(tall, 41 / FPS)) == pytest.approx(astuple(tall))
+    assert astuple(steady.smooth(far, 40 / FPS)) == pytest.approx(astuple(far))
+    steady = SteadyBody()
+    assert astuple(steady.smooth(tall, 41 / FPS)) == pytest.approx(astuple(tall))
 
 
 @pytest.mark.parametrize(
     ('degrees', 'swap'), [(0, 0.0), (60, 0.0), (180, 0.5), (-150, 0.5), (100, 0.5), (270, 0.0)]
 )
 def test_the_near_leg_is_the_right_one_of_somebody_walking_to_the_right(degrees, swap):
-    assert NearLeg().update(0.3, math.radians(degrees), 0.0) == pytest.approx(0.3 + swap)
+    assert NearLeg().phase_of(0.3, math.radians(degrees), 0.0) == pytest.approx(0.3 + swap)
 
 
 def test_a_view_that_wavers_about_the_axis_keeps_its_leg():
     near = NearLeg()
     views = [70, 80, 88, 95, 100, 85, 110, 92, -100, -80]
-    found = [near.update(0.02 * k, math.radians(view), 0.1 * k) for k, view in enumerate(views)]
+    found = [near.phase_of(0.02 * k, math.radians(view), 0.1 * k) for k, view in enumerate(views)]
     assert found == pytest.approx([0.02 * k for k in range(len(views))])
 
 
 def test_who_turns_to_the_other_side_changes_legs_once():
     near = NearLeg()
-    found = [near.update(0.02 * k, math.radians(10 * k), 0.1 * k) for k in range(19)]
+    found = [near.phase_of(0.02 * k, math.radians(10 * k), 0.1 * k) for k in range(19)]
     swapped = [abs(value - 0.02 * k) > 0.25 for k, value in enumerate(found)]
     assert swapped == [k > 12 for k in range(19)]
 
 
 def test_waits_for_a_phase_behind_and_takes_a_jump():
     near = NearLeg()
-    assert [near.update(phase, 0.0, 0.0) for phase in (0.5, 0.4, 0.45, 0.52)] == [
+    assert [near.phase_of(phase, 0.0, 0.0) for phase in (0.5, 0.4, 0.45, 0.52)] == [
         0.5,
         0.5,
         0.5,
         0.52,
     ]
-    assert near.update(0.02, 0.0, 0.0) == 0.02
-    near.reset()
-    assert near.update(0.9, 0.0, 0.0) == 0.9
-    assert near.update(0.1, 0.0, 0.0) == pytest.approx(0.1)
+    assert near.phase_of(0.02, 0.0, 0.0) == 0.02
+    near = NearLeg()
+    assert near.phase_of(0.9, 0.0, 0.0) == 0.9
+    assert near.phase_of(0.1, 0.0, 0.0) == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize(

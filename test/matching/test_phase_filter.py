@@ -19,7 +19,7 @@ def seen(phase, contrast, rng):
 
 def take_in(clock, evidence, seconds, moved=0):
     clock.predict(seconds, moved)
-    clock.update(evidence)
+    clock.correct(evidence)
 
 
 def run(clock, phases, contrast):

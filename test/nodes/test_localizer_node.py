@@ -216,7 +216,7 @@ def test_tf_says_where_the_ground_is(bench: Bench, monkeypatch, capfd) -> None:
 @pytest.mark.parametrize(
     ('there', 'said'),
     [
-        (True, "tf has no way from 'head_camera' to 'odom': odom does not exist"),
+        (True, "tf has no transform from 'head_camera' to 'odom': odom does not exist"),
         (False, 'ground_frame needs the Python package tf2_ros'),
     ],
 )

@@ -90,14 +90,16 @@ def test_with_a_lag_all_come_in_the_end(bench: Bench) -> None:
     assert headers == [header(index) for index in range(4)]
 
 
-@pytest.mark.parametrize('ends', ['jump', 'parameter'])
-def test_what_the_lag_holds_back_comes_before_the_paths_begin_anew(bench: Bench, ends) -> None:
+@pytest.mark.parametrize('ends', ['jump', 'reset', 'parameter'])
+def test_what_the_lag_holds_back_comes_before_the_paths_end(bench: Bench, ends) -> None:
     door = Door(bench, **{'matching.lag': 2})
     for index in range(4):
         door.publish(index, 1.0)
     door.wait(2)
     if ends == 'jump':
         door.publish(-60, 1.0)
+    elif ends == 'reset':
+        door.node.later(door.node.reset)
     else:
         (result,) = door.node.set_parameters([Parameter('matching.view_cost', value=0.2)])
         assert result.successful

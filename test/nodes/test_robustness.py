@@ -176,7 +176,7 @@ def connected(bench: Bench) -> None:
 
 def test_it_is_said_where_there_are_images(bench: Bench, stranger: Node) -> None:
     node = bench.add(TrackerNode)
-    assert missing_input(node).startswith('no images: nobody publishes /image; start the camera')
+    assert missing_input(node).startswith('no images: no node publishes /image; start the camera')
     stranger.create_publisher(Image, 'camera/image_raw', DEEP)
     bench.until(lambda: bench.probe.count_publishers('camera/image_raw') == 1, 'the camera')
     assert 'there are images on /camera/image_raw' in missing_input(node)

@@ -23,7 +23,7 @@ def histograms(*values: int, has_neutral: bool = False) -> np.ndarray:
 def test_the_variance_ratio_is_the_formula() -> None:
     found = histograms(10, 60, 60, 200, 0)
     model = FeatureModel(32, has_neutral=False)
-    model.learn(found)
+    model.adapt(found)
     table = model.table[np.array([10, 60, 60, 200]) >> 3].astype(float)
     p, q = table[:2], table[2:]
     expected = np.var(table) / (np.var(p) + np.var(q) + 0.05)
@@ -34,13 +34,13 @@ def test_the_variance_ratio_is_the_formula() -> None:
 def test_a_model_that_became_another_falls_back_to_the_first() -> None:
     model, same = FeatureModel(32, has_neutral=False), FeatureModel(32, has_neutral=False)
     first = histograms(10, 10, 200, 200, 0)
-    model.learn(first)
+    model.adapt(first)
     before = model.table.copy()
     # Nothing of the first colour is left: the current histogram is not believed.
-    model.learn(histograms(100, 100, 200, 200, 0))
+    model.adapt(histograms(100, 100, 200, 200, 0))
     assert np.array_equal(model.table, before)
-    same.learn(first)
-    same.learn(histograms(10, 100, 200, 200, 0))
+    same.adapt(first)
+    same.adapt(histograms(10, 100, 200, 200, 0))
     similarity = np.sqrt(0.5)
     assert same.table[100 >> 3] == pytest.approx(np.log(0.5 * similarity / 1e-3))
 
@@ -60,7 +60,7 @@ def coloured(person: tuple[int, int, int], around: tuple[int, int, int]) -> View
 
 def test_the_likelihood_is_made_of_what_separates_best() -> None:
     selector, seen = FeatureSelector(), coloured((60, 60, 160), (60, 60, 90))
-    selector.learn(seen, CLASSES)
+    selector.rank(seen, CLASSES)
     found = {feature.name: feature for feature in selector.features}
     assert found['RGB'].variance_ratio > 5
     assert found['orientation'].weight == 0
@@ -79,7 +79,7 @@ def test_it_is_chosen_anew_as_the_surroundings_change() -> None:
     ranks = []
     # Of another lightness, which chromaticity does not tell, and then of another colour.
     for around in ((22, 22, 60), (160, 60, 60)):
-        selector.learn(coloured(person, around), CLASSES)
+        selector.rank(coloured(person, around), CLASSES)
         names = [each.name for each in selector.features]
         ranks.append(names.index('rg') - names.index('RGB'))
     assert ranks[0] > 0
@@ -88,9 +88,9 @@ def test_it_is_chosen_anew_as_the_surroundings_change() -> None:
 
 def test_nothing_is_learnt_of_what_is_too_little_like_the_person_at_first() -> None:
     selector, other = FeatureSelector(), coloured((160, 60, 60), (60, 60, 90))
-    selector.learn(coloured((60, 60, 160), (60, 60, 90)), CLASSES)
+    selector.rank(coloured((60, 60, 160), (60, 60, 90)), CLASSES)
     before, ranked = selector.log_ratio(other), selector.features
-    selector.learn(other, CLASSES)
+    selector.rank(other, CLASSES)
     assert selector.features == ranked
     assert np.array_equal(selector.log_ratio(other), before)
 
@@ -99,5 +99,5 @@ def test_nothing_learnt_says_nothing() -> None:
     seen = coloured((9, 9, 9), (90, 90, 90))
     assert not FeatureSelector().log_ratio(seen).any()
     selector = FeatureSelector()
-    selector.learn(seen, np.zeros(SHAPE, np.uint8))
+    selector.rank(seen, np.zeros(SHAPE, np.uint8))
     assert not selector.log_ratio(seen).any()

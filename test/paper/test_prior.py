@@ -139,7 +139,7 @@ def test_the_segmenter_cuts_off_what_is_far_from_the_template() -> None:
     likelihood = cv2.GaussianBlur(image[:, :, 0], (3, 3), 0)
     match = MatchResult(1, 1, BODY, None, 0, 0, 0.1, 1.0, 0.0, 0.9, 1.0, prior)
     masks = {
-        name: Segmenter(SegmentationConfig(prior=name)).update(image, likelihood, match).mask
+        name: Segmenter(SegmentationConfig(prior=name)).segment(image, likelihood, match).mask
         for name in ('none', 'paper')
     }
     assert masks['none'][33, 90] == 255

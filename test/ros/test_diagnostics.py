@@ -101,8 +101,8 @@ def test_without_a_first_frame_a_node_is_stale_three_seconds_after_its_activatio
     statistics.expect(10.0)
     assert judged(statistics, 13.0) == (DiagnosticStatus.OK, 'active, no input yet')
     assert judged(statistics, 14.0) == (DiagnosticStatus.STALE, 'no input for 4 s')
-    said = judged(statistics, 14.0, missing='nobody publishes /image')[1]
-    assert said == 'no input for 4 s: nobody publishes /image'
+    said = judged(statistics, 14.0, missing='no node publishes /image')[1]
+    assert said == 'no input for 4 s: no node publishes /image'
     assert judged(statistics, 14.0, 'inactive') == (DiagnosticStatus.OK, 'inactive')
     # Activated again.
     statistics.arrived(15.0, 1)
@@ -149,19 +149,19 @@ class Graph:
 @pytest.mark.parametrize(
     ('graph', 'topic', 'text'),
     [
-        (Graph(), 'image', 'nobody publishes /image; start the camera, or remap image to its'),
+        (Graph(), 'image', 'no node publishes /image; start the camera, or remap image to its'),
         (
             Graph(
                 cam__b=('v4l2', RAW), cam__a=('v4l2', RAW), mask=('gait_segmenter', RAW),
                 depth=('v4l2', COMPRESSED),
             ),
             'image',
-            'nobody publishes /image, but there are images on /cam/a, /cam/b: remap image (',
+            'no node publishes /image, but there are images on /cam/a, /cam/b: remap image (',
         ),
         (
             Graph(image=('v4l2', RAW)),
             'image/compressed',
-            'nobody publishes /image/compressed, but /image is: set image_transport to raw',
+            'no node publishes /image/compressed, but /image is: set image_transport to raw',
         ),
         (Graph(image=('v4l2', RAW)), 'image', '/image has a publisher, but nothing comes from it'),
         (
@@ -186,7 +186,8 @@ def test_topics_that_nobody_publishes_are_named_with_who_should() -> None:
     graph = Graph(person_0__box=('gait_tracker', 'x'))
     topics = ('person_0/box', 'person_0/likelihood')
     assert unpublished(graph, topics, 'gait_tracker') == (
-        'nothing to do: nobody publishes /person_0/likelihood; is gait_tracker running and active?'
+        'nothing to do: no node publishes /person_0/likelihood; is gait_tracker running and '
+        'active?'
     )
     assert unpublished(graph, topics[:1], 'gait_tracker') == ''
     assert unpublished(graph, ['door/box'], 'gait_tracker') == ''

@@ -25,7 +25,7 @@ NEIGHBOURS = tuple((int(row), int(column)) for row, column in STEPS[:4])
 
 def links_of(graph: OpenGraph) -> NDArray[np.int32]:
     """Return the links as images; both directions must agree."""
-    links = np.full((4, *graph.given.shape), -1, np.int32)
+    links = np.full((4, *graph.fixed.shape), -1, np.int32)
     for node, arc, place in _arcs(graph):
         assert links[place] in (-1, graph.links[node, arc])
         links[place] = graph.links[node, arc]
@@ -44,7 +44,7 @@ def cut(
 
 def _arcs(graph: OpenGraph) -> Iterator[tuple[int, int, tuple[int, int, int]]]:
     """Return node, arc and the arc's place in images of links."""
-    height, width = graph.given.shape
+    height, width = graph.fixed.shape
     for node, pixel in enumerate(graph.pixels):
         for arc, (d_row, d_column) in enumerate(STEPS):
             row, column = divmod(int(pixel), width)

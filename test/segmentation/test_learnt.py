@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 
 from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.segmentation.learnt import Carried, LearntColours
+from gait_segmentation.segmentation.learnt import LearntColours, MeanLikelihood
 
 SHAPE = (120, 160)
 BODY = BodyFrame(30.0, 40.0, 60.0, 0.0)
@@ -17,14 +17,14 @@ def scene(x: int, width: int = 15) -> np.ndarray:
     return image
 
 
-def test_what_moves_with_the_body_is_carried_after_some_frames() -> None:
-    carried = Carried()
+def test_what_moves_with_the_body_is_likely_after_some_frames() -> None:
+    mean = MeanLikelihood()
     for n in range(24):
         body = BodyFrame(40 + 2 * n, 60, 80 + n / 2)
-        there = carried.at(body, SHAPE)
+        there = mean.at(body, SHAPE)
         assert n > 10 or not there.any()
-        carried.learn(scene(60 + 2 * n), body)
-    rows, columns = np.nonzero(carried.at(BodyFrame(88, 60, 92), SHAPE))
+        mean.add_frame(scene(60 + 2 * n), body)
+    rows, columns = np.nonzero(mean.at(BodyFrame(88, 60, 92), SHAPE))
     assert 55 < rows.mean() < 85
     assert 105 < columns.mean() < 130
     assert 100 < len(rows) < 350
@@ -47,7 +47,7 @@ def shifted(person: np.ndarray) -> np.ndarray:
 def test_colours_are_better_than_the_likelihood_they_come_from() -> None:
     lab, person = coloured()
     colours = LearntColours()
-    colours.learn(lab, BODY, shifted(person))
+    colours.add_frame(lab, BODY, shifted(person))
     odds = colours.odds(lab, BODY)
     assert colours.ready
     assert ((odds > 0) == person).mean() > ((shifted(person) > 127) == person).mean()
@@ -61,7 +61,7 @@ def test_a_colour_counts_most_at_the_height_at_which_it_was_seen() -> None:
     lab[50:][~person[50:]] = PERSON
     lab[50:][person[50:]] = (20, 128, 128)
     colours = LearntColours()
-    colours.learn(lab, BODY, np.where(person, 255, 0).astype(np.uint8))
+    colours.add_frame(lab, BODY, np.where(person, 255, 0).astype(np.uint8))
     odds = colours.odds(np.full_like(lab, PERSON), BODY)
     assert (odds[15:30] > 1).all()
     assert (odds[60:68] < -0.7).all()
@@ -72,7 +72,7 @@ def test_after_two_frames_each_counts_about_half_and_old_colours_are_forgotten()
     colours = LearntColours()
     swapped = np.where(person[:, :, None], GROUND, PERSON).astype(np.uint8)
     for number, seen in enumerate([lab] + [swapped] * 200):
-        colours.learn(seen, BODY, np.where(person, 255, 0).astype(np.uint8), person)
+        colours.add_frame(seen, BODY, np.where(person, 255, 0).astype(np.uint8), person)
         assert number != 1 or np.abs(colours.odds(lab, BODY)).max() < 0.3
     assert ((colours.odds(lab, BODY) < 0) == person).all()
 
@@ -82,5 +82,5 @@ def test_pixels_that_touch_the_person_teach_nothing_of_the_surroundings() -> Non
     rim, mixed = cv2.dilate(person.view(np.uint8), np.ones((3, 3))) > 0, (120, 128, 128)
     lab[rim & ~person] = mixed
     colours = LearntColours()
-    colours.learn(lab, BODY, np.where(rim, 128, 0).astype(np.uint8), person)
+    colours.add_frame(lab, BODY, np.where(rim, 128, 0).astype(np.uint8), person)
     assert np.abs(colours.odds(np.full_like(lab, mixed), BODY)).max() < 0.5

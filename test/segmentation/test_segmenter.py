@@ -49,7 +49,7 @@ def iou(a: np.ndarray, b: np.ndarray) -> float:
 
 @pytest.mark.parametrize('prior', ['none', 'default', 'paper'])
 def test_a_noisy_likelihood_becomes_a_clean_mask(prior: str) -> None:
-    result = Segmenter(SegmentationConfig(prior=prior)).update(picture(), noisy(), match())
+    result = Segmenter(SegmentationConfig(prior=prior)).segment(picture(), noisy(), match())
     assert result.reason == ''
     assert set(np.unique(result.mask)) == {0, 255}
     assert iou(result.mask, person()) > 0.93
@@ -72,7 +72,7 @@ def test_an_exchanged_configuration_is_in_force(before: str, changes: dict[str, 
     likelihood[40:, 20:60] = 140
     image = np.full((*SHAPE, 3), 120, np.uint8)
     segmenters = (exchanged, Segmenter(new), Segmenter(old))
-    found, right, wrong = (each.update(image, likelihood, match()).mask for each in segmenters)
+    found, right, wrong = (each.segment(image, likelihood, match()).mask for each in segmenters)
     assert not np.array_equal(right, wrong)
     assert np.array_equal(found, right)
     with pytest.raises(VocabularyError, match='cannot read the vocabulary'):
@@ -83,7 +83,7 @@ def test_an_exchanged_configuration_is_in_force(before: str, changes: dict[str, 
 def test_outlines_are_true_at_many_times_the_working_size(use_refinement: bool) -> None:
     """Finer than the outline is cut it is interpolated; steps of the first cut would show."""
     config = SegmentationConfig(use_refinement=use_refinement)
-    result = Segmenter(config).update(picture(7), noisy(), match(body=BODY.scaled(7)))
+    result = Segmenter(config).segment(picture(7), noisy(), match(body=BODY.scaled(7)))
     assert result.mask.shape == (7 * SHAPE[0], 7 * SHAPE[1])
     assert iou(result.mask, person(7)) > (0.98 if use_refinement else 0.95)
 
@@ -94,21 +94,21 @@ def test_the_prior_fills_what_the_likelihood_lost() -> None:
     image = np.full((*SHAPE, 3), 120, np.uint8)
     without = Segmenter(SegmentationConfig(prior='none', contrast=0.5))
     with_prior = Segmenter(SegmentationConfig(contrast=0.5))
-    lost = without.update(image, likelihood, match()).mask
-    kept = with_prior.update(image, likelihood, match()).mask
+    lost = without.segment(image, likelihood, match()).mask
+    kept = with_prior.segment(image, likelihood, match()).mask
     assert iou(kept, person()) > iou(lost, person())
 
 
 @pytest.mark.parametrize('value', [0, 255])
-@pytest.mark.parametrize('outside', [False, True])
+@pytest.mark.parametrize('external', [False, True])
 @pytest.mark.parametrize('prior', ['none', 'default', 'paper'])
 def test_a_likelihood_that_says_nothing_gives_a_mask_or_a_reason(
-    value: int, outside: bool, prior: str
+    value: int, external: bool, prior: str
 ) -> None:
     segmenter = Segmenter(SegmentationConfig(prior=prior))
-    segmenter.update(picture(), spoilt(), match(), outside=outside)
+    segmenter.segment(picture(), spoilt(), match(), external=external)
     likelihood = np.full(SHAPE, value, np.uint8)
-    result = segmenter.update(picture(), likelihood, match(stamp=2), outside=outside)
+    result = segmenter.segment(picture(), likelihood, match(stamp=2), external=external)
     assert result.mask.any() == (result.reason == '')
     assert value or not result.mask.any()
 
@@ -116,13 +116,13 @@ def test_a_likelihood_that_says_nothing_gives_a_mask_or_a_reason(
 @pytest.mark.parametrize(
     ('changes', 'reason'),
     [
-        ({'body': None, 'track_id': 0}, 'nobody is tracked'),
+        ({'body': None, 'track_id': 0}, 'no person is tracked'),
         ({'body': None}, 'the person is hidden or gone'),
         ({'body': BodyFrame(900, 900, 100)}, 'the person is outside of the image'),
     ],
 )
 def test_nobody_and_outside_are_empty_with_the_reason(changes: dict, reason: str) -> None:
-    result = Segmenter().update(picture(), noisy(), match(np.zeros(SHAPE, np.uint8), **changes))
+    result = Segmenter().segment(picture(), noisy(), match(np.zeros(SHAPE, np.uint8), **changes))
     assert not result.mask.any()
     assert result.reason == reason
 
@@ -140,7 +140,7 @@ def test_a_prior_has_no_say_if_only_the_mask_explains_the_likelihood(
     segmenter = Segmenter(SegmentationConfig())
     for stamp in range(1, 40):
         walk = match(beside, stamp, similarity=similarity)
-        mask = segmenter.update(image, likelihood, walk).mask
+        mask = segmenter.segment(image, likelihood, walk).mask
     assert bool(mask[80, 88]) == trusted
 
 
@@ -151,7 +151,7 @@ def test_a_foot_that_is_hardly_likely_stays_where_the_template_has_one() -> None
     colour = np.where((body | foot)[:, :, None] > 0, (60, 60, 200), (150, 150, 100))
     likelihood = np.where(body > 0, 250, np.where(foot > 0, 150, 5)).astype(np.uint8)
     config = SegmentationConfig(use_refinement=False)
-    mask = Segmenter(config).update(colour.astype(np.uint8), likelihood, match(body | foot)).mask
+    mask = Segmenter(config).segment(colour.astype(np.uint8), likelihood, match(body | foot)).mask
     assert mask[120, 58]
 
 
@@ -162,14 +162,14 @@ def test_a_bag_in_the_hand_stays_once_it_was_seen_for_some_time() -> None:
     joined[70:118, 70:118] = 255
     apart[bag] = 255
     likely = 20 + apart // 255 * np.uint8(215)
-    assert not segmenter.update(picture(), likely, match()).mask[bag].any()
+    assert not segmenter.segment(picture(), likely, match()).mask[bag].any()
     for stamp in range(2, 22):
         with_arm = 20 + joined // 255 * np.uint8(215)
-        segmenter.update(picture(), with_arm, match(stamp=stamp))
-    assert segmenter.update(picture(), likely, match(stamp=22)).mask[bag].mean() > 200
+        segmenter.segment(picture(), with_arm, match(stamp=stamp))
+    assert segmenter.segment(picture(), likely, match(stamp=22)).mask[bag].mean() > 200
     # Who comes next may carry nothing.
     other = match(stamp=23, track_id=2)
-    assert not segmenter.update(picture(), likely, other).mask[bag].any()
+    assert not segmenter.segment(picture(), likely, other).mask[bag].any()
 
 
 def test_where_somebody_was_seen_is_forgotten_while_nobody_is() -> None:
@@ -180,12 +180,12 @@ def test_where_somebody_was_seen_is_forgotten_while_nobody_is() -> None:
 
     def reach(stamp: int) -> int:
         small = match(body=BodyFrame(30, 80, 40), stamp=stamp)
-        return int(np.flatnonzero(segmenter.update(image, bar, small).mask.any(axis=0)).max())
+        return int(np.flatnonzero(segmenter.segment(image, bar, small).mask.any(axis=0)).max())
 
     # Each window holds what was found in the one before.
     first, second = reach(1), reach(2)
     assert second > first
-    segmenter.update(image, bar, match(body=None, stamp=3))
+    segmenter.segment(image, bar, match(body=None, stamp=3))
     assert reach(4) == first
 
 
@@ -198,11 +198,13 @@ def spoilt() -> np.ndarray:
 
 def test_colours_mend_a_likelihood_from_outside() -> None:
     truth, template = person(), match(np.roll(person(), 8, 1))
-    plain = Segmenter().update(picture(), spoilt(), template)
-    mended = Segmenter().update(picture(), spoilt(), template, outside=True)
-    told = Segmenter(SegmentationConfig(outside=True)).update(picture(), spoilt(), template)
+    plain = Segmenter().segment(picture(), spoilt(), template)
+    mended = Segmenter().segment(picture(), spoilt(), template, external=True)
+    told = Segmenter(SegmentationConfig(external_likelihood=True)).segment(
+        picture(), spoilt(), template
+    )
     without = SegmentationConfig(use_colours=False)
-    off = Segmenter(without).update(picture(), spoilt(), template, outside=True)
+    off = Segmenter(without).segment(picture(), spoilt(), template, external=True)
     assert iou(mended.mask, truth) > iou(plain.mask, truth)
     np.testing.assert_array_equal(told.mask, mended.mask)
     np.testing.assert_array_equal(off.mask, plain.mask)
@@ -211,12 +213,12 @@ def test_colours_mend_a_likelihood_from_outside() -> None:
 def test_a_timid_likelihood_from_outside_is_learnt_to_mean_the_person() -> None:
     segmenter, truth = Segmenter(), person()
     for stamp in range(1, 6):
-        segmenter.update(picture(), spoilt(), match(stamp=stamp), outside=True)
+        segmenter.segment(picture(), spoilt(), match(stamp=stamp), external=True)
     timid = np.where(truth > 0, 90, 0).astype(np.uint8)
-    found = segmenter.update(picture(), timid, match(stamp=6), outside=True)
+    found = segmenter.segment(picture(), timid, match(stamp=6), external=True)
     assert iou(found.mask, truth) > 0.9
     unlearnt = Segmenter(SegmentationConfig(prior='none'))
-    assert not unlearnt.update(picture(), timid, match()).mask.any()
+    assert not unlearnt.segment(picture(), timid, match()).mask.any()
 
 
 def test_what_is_taken_draws_nothing_to_it() -> None:
@@ -228,12 +230,12 @@ def test_what_is_taken_draws_nothing_to_it() -> None:
     # From within a working pixel on, most of which is not taken.
     wide = np.zeros((3 * SHAPE[0], 3 * SHAPE[1]), np.uint8)
     wide[:, 185:] = 255
-    mask = Segmenter().update(picture(3), noisy(), match(body=BODY.scaled(3)), wide).mask
+    mask = Segmenter().segment(picture(3), noisy(), match(body=BODY.scaled(3)), wide).mask
     assert not mask[:, 185:].any()
     assert mask[240, 150:180].all()
     segmenter = Segmenter(SegmentationConfig(prior='none'))
     alone, beside = (
-        segmenter.update(image, likelihood, match(), each).mask for each in (None, taken)
+        segmenter.segment(image, likelihood, match(), each).mask for each in (None, taken)
     )
     assert alone[80, 58]
     assert not beside[80, 58:].any()

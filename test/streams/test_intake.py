@@ -57,10 +57,10 @@ def test_when_time_begins_anew_the_initial_box_is_used_again() -> None:
     log = Log(initial_box=BOX)
     assert log.take(2_000_000_000) == [BOX]
     assert log.take(3_000_000_000) == []
-    log.intake.begin_anew()
+    log.intake.arm()
     assert log.take(1_000_000_000) == [BOX]
     without = Log()
-    without.intake.begin_anew()
+    without.intake.arm()
     assert without.take(1) == []
 
 
@@ -147,7 +147,7 @@ def test_only_new_people_start_and_only_in_free_slots() -> None:
 def test_a_box_asked_for_can_be_forgotten() -> None:
     log = Log()
     log.intake.request(BOX)
-    log.intake.forget()
+    log.intake.drop_requests()
     assert log.take(1) == []
 
 

@@ -27,7 +27,7 @@ def signature(figure: Figure, gain: float = 1.0, part: slice = slice(None)) -> n
 def test_the_same_is_alike_and_others_are_not() -> None:
     appearance = Appearance(signature(Figure(58)))
     for x in (60, 62, 64):
-        appearance.learn(signature(Figure(x)))
+        appearance.add(signature(Figure(x)))
     assert appearance.similarity(signature(Figure(200))) > 0.9
     assert appearance.similarity(signature(Figure(200), 1.1)) > 0.65
     for coat in (BLUE, GREEN):
@@ -50,7 +50,7 @@ def test_the_last_look_counts_only_as_far_as_it_is_the_usual_one(
 ) -> None:
     appearance = Appearance(signature(Figure(100, RED)))
     # The last mask is that of somebody else, perhaps.
-    appearance.learn(signature(Figure(100, coat)))
+    appearance.add(signature(Figure(100, coat)))
     assert appearance.is_like(signature(Figure(120, coat))) == found
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from gait_segmentation.images import placed
 from gait_segmentation.results import Feedback
-from gait_segmentation.tracking.masks import grown, without_parts_apart
+from gait_segmentation.tracking.fusion import grown
 from test.tracking.figures import Figure, Told, picture, walk
 
 BOARD = (130, 320)
@@ -77,23 +77,6 @@ def test_a_first_mask_far_too_large_does_not_keep_others_out_for_ever() -> None:
     assert track.body.width < figure.box.width + 8
 
 
-def test_parts_apart_from_the_template_tell_nothing_of_the_body() -> None:
-    mask, template = np.zeros((100, 160), np.uint8), np.zeros((100, 160), np.uint8)
-    mask[10:90, 40:60] = template[12:88, 42:58] = 255
-    assert without_parts_apart(mask, template, 80) is mask
-    body = mask.copy()
-    mask[30:60, 62:67] = 255
-    assert without_parts_apart(mask, template, 80) is mask
-    mask[30:60, 62:67] = 0
-    mask[30:60, 120:140] = 255
-    np.testing.assert_array_equal(without_parts_apart(mask, template, 80), body)
-    assert without_parts_apart(mask, None, 80) is mask
-    assert without_parts_apart(mask, np.zeros_like(mask), 80) is mask
-    elsewhere = np.zeros_like(mask)
-    elsewhere[95:, :5] = 255
-    assert without_parts_apart(mask, elsewhere, 80) is mask
-
-
 def test_a_mask_of_who_was_lost_meanwhile_teaches_nothing() -> None:
     told = Told()
     told.follow([Figure(60)] * 2)
@@ -114,6 +97,6 @@ def test_what_looks_like_the_place_about_the_template_is_no_colour_of_the_person
         image, (mask,) = picture([Figure(97)])
         told.see(image, [cv2.dilate(mask, np.ones((size, size), np.uint8))], [mask])
         (track,) = told.tracker.tracks()
-        return track.colours.whole()
+        return track.colours.body_histogram()
 
     np.testing.assert_allclose(colours(7), colours(1), atol=1e-4)

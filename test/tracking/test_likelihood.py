@@ -18,7 +18,7 @@ def models() -> tuple[ColourModel, ColourModel]:
     for colour in ((120, 200, 160), (150, 128, 128)):
         found.append(ColourModel(0.7, 1e-4))
         bins = colour_bins(np.full((*SHAPE, 3), colour, np.uint8))
-        found[-1].learn(bins, rows, np.ones(SHAPE, np.float32), 1)
+        found[-1].accumulate(bins, rows, np.ones(SHAPE, np.float32), 1)
     return found[0], found[1]
 
 

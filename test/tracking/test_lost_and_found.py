@@ -46,6 +46,20 @@ def test_somebody_hidden_is_lost_and_found_again(shade: bool) -> None:
         assert result.box.iou(figure.box) > 0.7
 
 
+def test_why_somebody_is_lost_and_why_a_track_ended_is_told() -> None:
+    told = Told(patience=0.5)
+    told.follow(walk(Figure(60), 10))
+    assert told.show(Figure(90))[0].reason == ''
+    reasons = [told.show(boards=[(0, WIDTH)])[0].reason for _ in range(20)]
+    assert 'hidden' in reasons[3]
+    assert 'not found for' in reasons[-1]
+    told = Told()
+    told.start(Figure(60))
+    told.show(Figure(60))
+    told.frames += 25
+    assert 'no frame came for 1.0 s' in told.show()[0].reason
+
+
 @pytest.mark.parametrize(('width', 'lost'), [(8, 0), (18, 5), (20, 5), (22, 5)])
 def test_somebody_behind_a_pole_does_not_shrink_and_is_soon_followed_again(
     width: int, lost: int
@@ -175,13 +189,11 @@ def test_who_is_hidden_or_left_walks_on_and_is_waited_for(
     told.start(Figure(60))
     told.show(Figure(60))
     (track,) = told.tracker.tracks()
-    person = track.pose
-    person.shift(60 - person.center_x, 90 - person.center_y)
-    person.height = 100.0
-    person.velocity = pace
+    track.pose = replace(track.pose, center_x=60.0, center_y=90.0, height=100.0, velocity=pace)
     for _ in range(frames):
         told.show(boards=[(0, WIDTH)])
-    assert (person.center_x, person.center_y) == pytest.approx(place, abs=2 * (frames > 3) + 1e-3)
+    found = track.pose.center_x, track.pose.center_y
+    assert found == pytest.approx(place, abs=2 * (frames > 3) + 1e-3)
 
 
 # Input that is no good.

@@ -1,5 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -18,19 +20,19 @@ def ellipse(x: float, y: float, height: float, degrees: float = 0.0) -> np.ndarr
 
 
 def standing(y: float = 120, height: float = 100) -> Pose:
-    return Pose(100, y, height, 20, 20)
+    return Pose(100, y, height, 20, 20, mask_height=height)
 
 
 @pytest.mark.parametrize('degrees', [0, 20])
 def test_place_and_size_follow_the_masks_in_the_frame_of_the_body(degrees: int) -> None:
     state = standing()
     # A single bad mask changes little.
-    state.fit(ellipse(100, 120, 20), BodyFrame(100, 120, 20))
+    state = state.fitted(ellipse(100, 120, 20), BodyFrame(100, 120, 20))
     assert state.height >= 98
-    state.tilt = state.angle = np.radians(degrees)
+    state = replace(state, tilt=np.radians(degrees), angle=np.radians(degrees))
     for _ in range(40):
         body = BodyFrame(108, 123, 108, state.angle)
-        state.fit(ellipse(108, 123, 108, degrees), body)
+        state = state.fitted(ellipse(108, 123, 108, degrees), body)
     found = state.center_x, state.center_y, state.height
     assert found == pytest.approx((108, 123, 108), abs=2)
     assert state.box.width == pytest.approx(36, abs=3)
@@ -39,11 +41,11 @@ def test_place_and_size_follow_the_masks_in_the_frame_of_the_body(degrees: int) 
 def test_without_masks_the_size_follows_mean_shift_up_to_a_limit() -> None:
     state = standing(height=100)
     for _ in range(60):
-        state.follow_scale(1.1)
+        state = state.scaled(1.1)
     assert state.height == pytest.approx(110, abs=0.5)
     assert state.box.width == pytest.approx(44, abs=0.5)
     for _ in range(60):
-        state.follow_scale(3.0)
+        state = state.scaled(3.0)
     assert state.height == pytest.approx(115, abs=0.5)
 
 
@@ -52,7 +54,7 @@ def test_a_body_that_leaves_below_keeps_its_height_and_hangs_from_the_head() -> 
     for top in (140, 150, *[160] * 20):
         mask = np.zeros(SHAPE, np.uint8)
         mask[top:, 90:110] = 255
-        state.fit(mask, BodyFrame(100, top + 50, 100))
+        state = state.fitted(mask, BodyFrame(100, top + 50, 100))
     assert state.height == pytest.approx(100, abs=3)
     assert state.center_y - state.height / 2 == pytest.approx(160, abs=3)
 
@@ -63,21 +65,21 @@ def test_somebody_who_comes_in_from_below_is_at_least_as_tall_as_what_is_seen() 
     for top in range(height - 60, height - 120, -6):
         mask = np.zeros(SHAPE, np.uint8)
         mask[top:, 80:120] = 255
-        state.fit(mask, BodyFrame(100, top + 30, 60))
+        state = state.fitted(mask, BodyFrame(100, top + 30, 60))
     assert state.height >= 110
     assert state.center_y - state.height / 2 == pytest.approx(top, abs=3)
     mask[:] = 0
     mask[top:, 40:160] = 255
     for _ in range(10):
-        state.fit(mask, BodyFrame(100, top + 30, 60))
+        state = state.fitted(mask, BodyFrame(100, top + 30, 60))
     assert state.height >= 190
 
 
 def test_the_first_step_sets_the_velocity() -> None:
     state = standing()
-    state.update_velocity((1.0, 0.0), (5.0, 1.0), 0.04)
+    state = state.with_step((1.0, 0.0), (5.0, 1.0), 0.04)
     assert state.velocity == pytest.approx((100.0, 25.0))
-    state.update_velocity((1.0, 0.0), (7.0, 1.0), 0.04)
+    state = state.with_step((1.0, 0.0), (7.0, 1.0), 0.04)
     assert state.velocity == pytest.approx((125.0, 25.0))
     assert state.step(0.1) == pytest.approx((12.5, 2.5))
 
@@ -87,5 +89,5 @@ def test_a_tilt_is_used_from_a_large_one_on_until_it_is_small(side: int) -> None
     leaning = standing()
     for degrees, used in ((7.5, False), (5.0, False), (20.0, True), (7.5, True), (0.0, False)):
         for _ in range(40):
-            leaning.update_tilt(ellipse(100, 120, 100, side * degrees))
+            leaning = leaning.tilted(ellipse(100, 120, 100, side * degrees))
         assert np.degrees(leaning.angle) == pytest.approx(side * degrees * used, abs=2)

@@ -104,7 +104,7 @@ class BagOutput(Output):
     A rosbag2 (MCAP) with the topics and messages of the live graph.
 
     Messages are recorded at the time at which the source image was, so that both bags can be
-    played or looked at together.
+    played or shown together.
     """
 
     option = '--out'

@@ -52,7 +52,7 @@ def ahead(items: Iterator[Item], depth: int = 4) -> Generator[Item, None, None]:
         finally:
             for each in waiting:
                 each.cancel()
-            # A generator that is given up has things to close.
+            # A generator that is not exhausted has things to close.
             if isinstance(items, Generator):
                 thread.submit(items.close)
 
@@ -67,11 +67,11 @@ def results_of(
     """
     Run every frame through a pipeline.
 
-    A frame that cannot be read or used has a result in which nobody is seen, as from the nodes;
+    A frame that cannot be read or used has an empty result, as from the nodes;
     one whose stamp is not later than that before has none.
 
     :param box: of the person in the first frame, in pixels of the frames.
-    :param warn: told what is worth a warning.
+    :param warn: is called with each warning.
     :param heat_maps: those of the input, if there are any.
     :raises DamagedError: where the input breaks off, after all results of the frames before.
     """
@@ -89,12 +89,12 @@ def results_of(
                 likelihood_shape = (likelihood.shape[0], likelihood.shape[1])
             yield Replayed(frame, result or _blank(frame, slots, likelihood_shape))
 
-    def start_over() -> None:
+    def drop_tracks() -> None:
         flushed.extend(answers(pipeline.flush(), last=True))
         pipeline.reset()
 
     intake = Intake(
-        reset=start_over,
+        reset=drop_tracks,
         initialize=pipeline.initialize,
         warn=lambda _, text: warn(text),
         initial_box=box,
@@ -119,8 +119,8 @@ def results_of(
         else:
             if order is Order.RESET:
                 warn(f'the stamp went back at frame {frame.number}: everything is reset')
-                start_over()
-                intake.begin_anew()
+                drop_tracks()
+                intake.arm()
             intake.take(frame.image, frame.stamp_ns)
             yield from flushed
             flushed.clear()
@@ -132,7 +132,7 @@ def results_of(
                 warn(f'frame {frame.number} cannot be used: {error}')
         held.hold(answered_by, frame)
         yield from answers(results)
-    start_over()
+    drop_tracks()
     yield from flushed
     if damage is not None:
         raise damage
@@ -160,6 +160,6 @@ def _with_heat_maps(
 
 
 def _blank(frame: Frame, slots: int, likelihood_shape: tuple[int, int]) -> FrameResult:
-    """Return that nobody is seen."""
+    """Return the empty result of a frame."""
     track = TrackResult(frame.stamp_ns, 0, None, np.zeros(likelihood_shape, np.uint8), 0.0)
-    return FrameResult.nobody(track, frame.shape, slots, frame.problem)
+    return FrameResult.empty(track, frame.shape, slots, frame.problem)

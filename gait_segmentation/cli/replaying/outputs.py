@@ -50,7 +50,7 @@ _MP4V = int.from_bytes(b'mp4v', 'little')
 
 @dataclass(frozen=True)
 class About:
-    """What outputs are told of an input: ``size`` is width and height, ``slots`` for people."""
+    """What outputs know of an input: ``size`` is width and height, ``slots`` for people."""
 
     size: tuple[int, int] = (0, 0)
     fps: float = 0.0
@@ -309,7 +309,7 @@ class CsvOutput(Output):
             return file.read(len(head)) == head
 
     def add(self, frame: Frame, result: FrameResult) -> None:
-        """Write a row for everybody who is there."""
+        """Write a row for each person."""
         for slot, person in enumerate(result.people):
             if person.track.track_id:
                 self._table.writerow((frame.number, frame.stamp_ns, slot, *_row(person)))

@@ -98,7 +98,7 @@ class Job:
 
     def check(self, inputs: Iterable[Path]) -> None:
         """
-        Look at the places of all outputs, before anything is written.
+        Check the places of all outputs, before anything is written.
 
         :param inputs: all that the command reads.
         :raises ConfigError: if one would change an input.
@@ -127,7 +127,7 @@ class Report:
     """
     How a replay went.
 
-    ``seen`` counts the frames that show somebody.  ``error`` says why it ended before its time,
+    ``seen`` counts the frames that show a person.  ``error`` says why it ended before its time,
     ``damaged`` where the input breaks off, ``left`` which outputs were left incomplete, and
     ``notes`` what else there is to know, the first of it.
     """
@@ -159,7 +159,7 @@ def replay(
     Replay an input into those of its outputs that are not there yet.
 
     :param stop: says whether to break off, asked after every frame.
-    :param force: make all outputs anew.
+    :param force: make all outputs again.
     :param shown: have a bar show how far it is.
     :returns: how it went; errors of the input and of writing are reported, not raised.
     """
@@ -241,7 +241,7 @@ def replay_all(jobs: list[Job], at_a_time: int, *, force: bool, cluster: str = '
 
     :param jobs: at least one; all have the same configuration and bank.
     :param at_a_time: how many are worked on at a time: in this process if it is one.
-    :param force: make all outputs anew.
+    :param force: make all outputs again.
     :param cluster: address of a Dask scheduler whose workers do it instead.
     :returns: how those went that were begun.
     :raises BankError: if the bank cannot be read.
@@ -249,7 +249,7 @@ def replay_all(jobs: list[Job], at_a_time: int, *, force: bool, cluster: str = '
     """
     bank = open_bank(jobs[0].bank)
     if not cluster:
-        # Before signals are only looked at between frames; and once for all processes.
+        # Before signals are only checked between frames; and once for all processes.
         with compiling(lambda text: print(f'gait_replay: {text}', file=sys.stderr)):
             compile_kernels()
     workers = min(at_a_time, len(jobs))

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-The walk of everybody who was tracked, in a few numbers and as gait recognition reads it.
+The walk of each tracked person, in a few numbers and as gait recognition reads it.
 
 The data sets of OpenGait and similar systems hold one array (N, 64, 64) uint8 a walk, pickled, at
 ``subject/type/view/view.pkl``: every silhouette 64 pixels high and centred on its body, 0 to 255
@@ -73,12 +73,12 @@ class Walk:
 
 
 def _has_silhouette(person: PersonResult) -> bool:
-    """Return whether somebody is there, and large enough to be recognised."""
+    """Return whether a person is there, and large enough to be recognised."""
     return person.track.track_id > 0 and int(person.segmentation.mask.sum()) > _LEAST_SUM
 
 
 class Walks:
-    """Follows everybody through the frames."""
+    """Collects the walks of all tracks."""
 
     def __init__(self) -> None:
         """Begin without walks."""
@@ -138,7 +138,7 @@ def normalised(mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 class OpenGaitOutput(Output):
     """
-    A folder with the walk of everybody who was tracked.
+    A folder with the walk of each tracked person.
 
     The folder is the subject; the types are ``person-ID`` by track id, and the views are those of
     :class:`Walk`.
@@ -160,11 +160,11 @@ class OpenGaitOutput(Output):
 
     @classmethod
     def is_there(cls, path: Path) -> bool:
-        """Return whether the folder is there; it is empty where nobody walks."""
+        """Return whether the folder is there; it is empty where no person walks."""
         return path.is_dir()
 
     def add(self, frame: Frame, result: FrameResult) -> None:
-        """Keep everybody's silhouette."""
+        """Keep the silhouettes of all people."""
         self._walks.add(result)
         for person in filter(_has_silhouette, result.people):
             kept = self._silhouettes.setdefault(person.track.track_id, [])

@@ -4,9 +4,9 @@
 Cues: what tells a person from the surroundings besides colours and background.
 
 A cue is a class in a file of its own, with its memory of one person: :meth:`Cue.evidence` says
-what it makes of the pixels of a frame, and :meth:`Cue.learn` takes in what it noted then once the
-mask of the frame has come back.  A new one is named in :class:`.FusionTrack`, and its parameters
-in the configuration.
+what it makes of the pixels of a frame, and :meth:`Cue.calibrate` takes in what it noted then once
+the mask of the frame has come back.  A new one is named in :class:`.FusionTrack`, and its
+parameters in the configuration.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from gait_segmentation.tracking.track import State
 @dataclass(frozen=True)
 class CueInput:
     """
-    The newest frame of a view about the place where somebody is expected.
+    The newest frame of a view about the place where a person is expected.
 
     ``states`` are those of the track, the newest last, ``pose`` that of the body, ``window`` the
     rows and columns that are judged, ``logit`` (h, w) float32 what has been made of them so far,
@@ -57,7 +57,7 @@ class Cue(ABC):
         """Return log-likelihood ratios, (h, w) float32 of the window, None if nothing is known."""
 
     @abstractmethod
-    def learn(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
+    def calibrate(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
         """
         Learn which of the values that were noted are the person's.
 

@@ -3,8 +3,9 @@
 """
 The cue from a heat map: what its values mean for one person, learnt from where they were.
 
-A heat map's own numbers are not believed: networks are overconfident, and a map may be inverted,
-shifted, late or of another camera.  What they mean is learnt, see :class:`Grades`.
+A heat map's own numbers are not taken for granted: networks are overconfident, and a map may be
+inverted, shifted, late or of another camera.  What they mean is learnt, see
+:class:`.MapCalibration`.
 
 How far a map is off is where it correlates best with what all else says of the pixels, in the
 mean over some frames, and how well it does there is how much it counts.  One that has nothing to
@@ -22,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.heat_maps import Grades
+from gait_segmentation.heat_maps import MapCalibration
 from gait_segmentation.images import Window, shifted_part, size_of
 from gait_segmentation.scene.scene import Shift
 from gait_segmentation.tracking.cues import Cue, CueInput
@@ -51,7 +52,7 @@ another person's silhouette rarely comes to the first, a map three frames late t
 _DOUBT = 0.02
 """
 By how much less a map counts with each frame in which it does not agree: what has long agreed is
-believed for a while, since all else may have gone astray.
+trusted for a while, since all else may have gone astray.
 """
 
 
@@ -59,7 +60,7 @@ class HeatMapCue(Cue):
     """What the values of a heat map say of one person."""
 
     def __init__(self) -> None:
-        self._grades = Grades(_FLOOR)
+        self._grades = MapCalibration(_FLOOR)
         self._fit: NDArray[np.float64] | None = None
         self._off: Shift = (0.0, 0.0)
         self._agrees = True
@@ -75,7 +76,7 @@ class HeatMapCue(Cue):
         """
         inside = np.zeros(heat.shape, np.uint8)
         inside[box.slices(heat.shape[1], heat.shape[0])] = 1
-        within, other = Grades.count(self.part(heat, window), inside[window])
+        within, other = MapCalibration.count(self.part(heat, window), inside[window])
         person = np.maximum(within - (1 - _FILLED) * other, 0)
         if person.any() and other.any():
             self._grades.shares = np.stack([person / person.sum(), other])
@@ -96,7 +97,7 @@ class HeatMapCue(Cue):
         :param height: of the body in pixels.
         :param moved: how far the person went since the frame of the map.
         """
-        # Nobody is enlarged: a box of less than a pixel would make an image of gigabytes.
+        # Not enlarged: a box of less than a pixel would make an image of gigabytes.
         scale, reach = min(_SMALL / height, 1.0), math.ceil(_REACH * _SMALL)
         rows, columns = (round(scale * each) for each in size_of(window))
         if not (rows and columns):
@@ -107,7 +108,7 @@ class HeatMapCue(Cue):
         fit = cv2.matchTemplate(
             about, _reduced(likely, scale, (0.0, 0.0), (columns, rows)), cv2.TM_CCOEFF_NORMED
         )
-        # Where the map is the same all over it is told by nothing.
+        # Where the map is the same all over it is not known.
         fit = np.where(np.isfinite(fit), np.clip(fit, -1, 1), 0).astype(np.float64)
         self._fit = fit if self._fit is None else self._fit + _FIT_RATE * (fit - self._fit)
         # An inverted map tells as much.
@@ -155,15 +156,15 @@ class HeatMapCue(Cue):
         """
         return self._grades.evidence(values, self.weight)
 
-    def learn(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
+    def calibrate(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
         """
-        Learn what the values of the map mean, see :meth:`Cue.learn`.
+        Learn what the values of the map mean, see :meth:`Cue.calibrate`.
 
         From a mask that the map does not agree with nothing is learnt: either may be wrong, and
         what the map meant before is what can tell.
         """
         if self._agrees:
-            self._grades.learn(values, person)
+            self._grades.add_mask(values, person)
 
 
 def _reduced(

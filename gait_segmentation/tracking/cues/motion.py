@@ -3,7 +3,7 @@
 """
 Motion: what moves with the body, what stays with the world, and what does neither.
 
-An earlier frame is carried to this one twice, with the world and with the body, and both are
+An earlier frame is warped to this one twice, with the world and with the body, and both are
 compared with it.  Two things are made of the two differences.  A pixel belongs to the motion that
 explains it better, which needs no learning.  And how often each pair of differences was seen on
 the person and beside it, apart for what the person had covered in the earlier frame and what not,
@@ -94,8 +94,8 @@ class MotionCue(Cue):
         self.note(given, kinds)
         return evidence
 
-    def learn(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
-        """Count pairs of differences on and beside the person, see :meth:`Cue.learn`."""
+    def calibrate(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
+        """Count pairs of differences on and beside the person, see :meth:`Cue.calibrate`."""
         beside = (cv2.dilate(person, np.ones((3, 3), np.uint8)) == 0).view(np.uint8)
         counts = np.stack([_counted(values, at) for at in (person, beside)])
         if not counts.any(axis=1).all():
@@ -110,7 +110,7 @@ class MotionCue(Cue):
             return np.zeros(2 * _KINDS, np.float32)
         shares = self._shares.reshape(2, 2, _KINDS)
         # Among what was covered and what was not: where the person was is no evidence.  Of what
-        # is seldom seen, as nothing that was covered is beside somebody who stands, as of all.
+        # is seldom seen, as nothing that was covered is beside a person who stands, as of all.
         every = shares.sum(axis=1, keepdims=True)
         shares = shares + _FEW * every
         shares = shares / shares.sum(axis=2, keepdims=True) + _FLOOR
@@ -129,8 +129,8 @@ def explained(stay: np.uint8, move: np.uint8) -> np.float32:
     """
     Return the evidence of a pixel that is explained better by one of two motions.
 
-    :param stay: difference from an earlier frame carried with the world.
-    :param move: that from it carried with the body.
+    :param stay: difference from an earlier frame warped with the world.
+    :param move: that from it warped with the body.
     :returns: within +-2, positive where the body explains more.
     """
     square = np.float32(np.int32(stay) ** 2 - np.int32(move) ** 2)
@@ -152,7 +152,7 @@ def _weigh(
     """
     Fill in which pair of differences the pixels of a window show, and what it says of them.
 
-    :param stay, move: differences from the earlier frame carried with the world and the body.
+    :param stay, move: differences from the earlier frame warped with the world and the body.
     :param covered: above 127 where the person was in that.
     :param ratios: of the pairs, see :meth:`MotionCue._ratios`.
     :param better: whether the better explanation counts.

@@ -20,7 +20,7 @@ def found_person(track_id, box, mask):
     black = np.zeros((1, 1), np.uint8)
     return PersonResult(
         TrackResult(1, track_id, box, black, 1.0),
-        MatchResult.nobody(1, track_id, (1, 1)),
+        MatchResult.empty(1, track_id, (1, 1)),
         SegmentationResult(1, track_id, mask, ''),
     )
 

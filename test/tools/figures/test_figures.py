@@ -105,7 +105,7 @@ def test_the_table_adds_what_comparing_would(levels):
 
 
 def test_four_pictures_of_each_frame_are_drawn():
-    nobody = replace(short()[0], match=MatchResult.nobody(1, 0, (10, 10)))
+    nobody = replace(short()[0], match=MatchResult.empty(1, 0, (10, 10)))
     shots = chosen([nobody, *short()[1:]], 3)
     # Spread, and without those who are not matched.
     assert [shot.given.number for shot in shots] == [1, 4, 7]

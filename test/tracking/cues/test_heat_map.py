@@ -52,7 +52,7 @@ def test_a_map_that_tells_the_person_counts_whatever_its_values_are(heat, tells,
     if taught == 'box':
         cue.begin(heat, BOX, WINDOW)
     else:
-        cue.learn(heat[WINDOW], body()[WINDOW])
+        cue.calibrate(heat[WINDOW], body()[WINDOW])
     found, person = cue.evidence_of(cue.part(heat, WINDOW)), body()[WINDOW] > 0
     if tells:
         assert found[person].mean() > 3
@@ -63,11 +63,11 @@ def test_a_map_that_tells_the_person_counts_whatever_its_values_are(heat, tells,
 
 def test_masks_that_the_map_does_not_agree_with_teach_nothing():
     cue = seated(body())
-    cue.learn(body()[WINDOW], body()[WINDOW])
+    cue.calibrate(body()[WINDOW], body()[WINDOW])
     known, wrong = cue.evidence_of(body()[WINDOW]), 255 - body()[WINDOW][::-1]
     for _ in range(10):
         cue.place(body(), WINDOW, (wrong > 0).astype(np.float32), HEIGHT)
-        cue.learn(body()[WINDOW], wrong)
+        cue.calibrate(body()[WINDOW], wrong)
     assert np.ptp(known) > 6
     assert 0.7 < cue.weight < 1
     np.testing.assert_allclose(
@@ -80,7 +80,7 @@ def test_the_first_masks_tell_at_once_what_a_box_told_wrong():
     cue.begin(body(), Box(40, 10, 84, 90), WINDOW)
     for _ in range(4):
         told.append(float(cue.evidence_of(cue.part(body(), WINDOW))[beside].mean()))
-        cue.learn(body()[WINDOW], body()[WINDOW])
+        cue.calibrate(body()[WINDOW], body()[WINDOW])
     assert told[0] > -2
     assert told[-1] < told[0] - 0.5
 
@@ -99,7 +99,7 @@ def test_a_map_that_is_off_is_put_right(off):
 def test_a_map_that_correlates_little_counts_nothing_whatever_was_learnt():
     cue, heat = seated(body()), np.zeros(SHAPE, np.uint8)
     heat[:, :90] = 255
-    cue.learn(body()[WINDOW], body()[WINDOW])
+    cue.calibrate(body()[WINDOW], body()[WINDOW])
     assert cue.weight == 1
     for _ in range(60):
         cue.place(heat, WINDOW, body()[WINDOW].astype(np.float32) / 255, HEIGHT)

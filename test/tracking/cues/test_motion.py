@@ -49,7 +49,7 @@ class Walk:
         """Tell the mask of the frame, and let the cloth go on."""
         self.view.now.people = mask
         for _, values in self.states[-1].notes.values():
-            self.cue.learn(values, mask)
+            self.cue.calibrate(values, mask)
         self.left += self.step
 
     @property

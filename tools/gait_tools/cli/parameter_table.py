@@ -10,6 +10,7 @@ writes ``config/gait_segmentation.yaml`` and the tables in ``docs/parameters.md`
 from __future__ import annotations
 
 import argparse
+import re
 import textwrap
 from pathlib import Path
 from typing import Any
@@ -90,10 +91,16 @@ def markdown() -> str:
             unit = f' [{about.unit}]' if about.unit else ''
             fixed = f' *({when})*' if (when := _when(about)) else ''
             name, default = qualified(group, about.name), _value(about.default)
-            cells = [f'`{name}`', f'`{default}`{unit}', about.allowed()]
+            cells = [f'`{name}`', f'`{default}`{unit}', _range(about)]
             owners = [] if group else [of.replace('gait_', '')]
             text += _row([*cells, *owners, f'{about.description}{fixed}'])
     return text
+
+
+def _range(about: Parameter) -> str:
+    """Say in short which values are allowed."""
+    words = re.sub(r'^(a number|one of) |(?<=an integer )from ', '', about.allowed())
+    return re.sub(r'(?:from )?(\S+) to (\S+)', r'\1..\2', words.removeprefix('an '))
 
 
 def _row(cells: list[str]) -> str:

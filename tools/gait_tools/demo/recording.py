@@ -137,7 +137,7 @@ class Recording(Listener):
         track_id, (tight, tilt), said = int(box.polygon.id), read_box(box), read_gait(gait)
         unseen = np.zeros((0, 0), np.uint8)
         match = replace(
-            MatchResult.nobody(stamp_ns, track_id, unseen.shape),
+            MatchResult.empty(stamp_ns, track_id, unseen.shape),
             body=read_body(matched),
             phase=said.phase,
             azimuth=said.azimuth,

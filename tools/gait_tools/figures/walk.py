@@ -216,8 +216,8 @@ def phases_of(shots: ListLike[Shot], bank: TemplateBank, config: MatchingConfig)
     matcher, alone = SequenceMatcher(bank, replace(config, lag=0)), []
     for shot in shots:
         track, shape = shot.track, shot.given.image.shape
-        matcher.reset()
-        (match,) = matcher.update(
+        matcher.flush()
+        (match,) = matcher.add_frame(
             track.likelihood,
             track.body,
             track.stamp_ns,
