@@ -255,22 +255,17 @@ class WholeView(View):
     """
     The scene all over the image, in which people are looked for.
 
-    Its background is carried along only when it is asked for, since each motion blurs it.
-    ``step`` is how the world moved since the image that was searched last.
+    Its background is carried along only when it is learnt, since each motion blurs it.
     """
 
     def __init__(self, source: tuple[int, int], scale: float) -> None:
         """Make a view of which nothing is known; see :class:`View`."""
         super().__init__(source, scale)
-        self.frames = deque(maxlen=2)
-        self.step = self._since = WorldMotion()
-        self._small: BackgroundModel | None = None
-        self.is_known = False
-        """Whether anything has been learnt."""
+        self._since = WorldMotion()
+        self.reset()
 
     def expect(self, image: WorkingImage, motion: WorldMotion) -> None:
         """Remember the motion; see :meth:`View.expect`."""
-        self.step = WorldMotion.over([self.step, motion])
         self._since = WorldMotion.over([self._since, motion])
         self._expected = self.background, [self.all]
 
@@ -278,20 +273,21 @@ class WholeView(View):
         """Forget the place."""
         self.background, self._since = BackgroundModel(self.shape), WorldMotion()
         self._expected = self.background, [self.all]
-        self._small, self.is_known = None, False
+        self._smooth = self.background.sums
+        self.is_known = False
+        """Whether anything has been learnt."""
 
     def known(self, shape: tuple[int, int]) -> BackgroundModel:
         """Return the background in the newest frame for an image of (h, w)."""
-        self._carry()
-        return self.background if shape == self.shape else self.background.resized(shape)
+        background = self.background.moved([self._since])
+        return background if shape == self.shape else background.resized(shape)
 
-    def smoothed(self, shape: tuple[int, int]) -> BackgroundModel:
-        """Return the background in the newest frame at a smaller (h, w), smoothed."""
-        if self._small is None:
-            self._small = self.background.resized(shape)
-            self._small.sums = np.asarray(cv2.blur(self._small.sums, (3, 3)))
-        ratio = shape[1] / self.shape[1], shape[0] / self.shape[0]
-        return self._small.moved([self._since.scaled(*ratio)])
+    def smoothed(self) -> BackgroundModel:
+        """Return the background in the newest frame, blurred by 3 x 3 pixels."""
+        smooth = BackgroundModel((0, 0))
+        smooth.sigma = self.background.sigma
+        smooth.sums = self._since.warped(self._smooth, self.all, cv2.BORDER_CONSTANT)
+        return smooth
 
     def learn_all(self, hidden: NDArray[np.uint8]) -> None:
         """
@@ -299,8 +295,8 @@ class WholeView(View):
 
         :param hidden: (h, w) uint8, non-zero where it cannot be seen.
         """
-        self._carry()
-        model, lab = self.background, self.now.image.lab
+        self.background = model = self.background.moved([self._since])
+        self._since, lab = WorldMotion(), self.now.image.lab
         model.measure_noise(lab, hidden, [self.all])
         # What has left or has come to stay is no mean with what was there before: the longer
         # that was seen, the longer it must be missed.
@@ -309,12 +305,7 @@ class WholeView(View):
         gone = other & (model.count < SURE_COUNT)
         model.forget(gone)
         model.learn(lab, np.where(other & ~gone, np.uint8(1), hidden))
-        self.is_known, self._small = True, None
-
-    def _carry(self) -> None:
-        if self._since.camera is not None:
-            self.background = self.background.moved([self._since])
-            self._since, self._small = WorldMotion(), None
+        self._smooth, self.is_known = np.asarray(cv2.blur(model.sums, (3, 3))), True
 
 
 @dataclass(frozen=True)

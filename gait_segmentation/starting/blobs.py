@@ -22,8 +22,7 @@ from gait_segmentation.images import inner_range, tanimoto
 _TRIM_ROWS, _TRIM_COLUMNS = 0.005, 0.02
 """Share of a blob's pixels beyond each end of its box."""
 
-_LEAST_AREA = 10
-_MOST_PARTS = 48
+_LEAST_AREA, _MOST_PARTS = 10, 32
 """Least pixels of a component, and number of the largest ones that are looked at."""
 
 _OVERLAP, _DISTANCE = 0.4, 0.25
@@ -42,13 +41,12 @@ class Blob:
     Moving pixels that hang together.
 
     ``box`` is the box of those that move now, ``area`` the number of all pixels and ``moving``
-    that of those that move now.  ``number`` tells it from the others of the frame.
+    that of those that move now.
     """
 
     box: Box
     area: int
     moving: int
-    number: int = 0
 
 
 def find_blobs(
@@ -79,7 +77,7 @@ def find_blobs(
         bodies.append((members, box))
     filled = np.zeros_like(evidence)
     blobs = []
-    for number, (members, box) in enumerate(bodies):
+    for members, box in bodies:
         window = box.slices(evidence.shape[1], evidence.shape[0])
         own = np.zeros(count, np.bool_)
         own[members] = True
@@ -94,25 +92,27 @@ def find_blobs(
         left, right = inner_range(between.sum(axis=0), _TRIM_COLUMNS)
         box = Box(window[1].start + left, window[0].start + top, right - left, bottom - top)
         area, moved = int(body.sum()), int(moves.sum())
-        blobs.append(Blob(box, area, moved, number))
+        blobs.append(Blob(box, area, moved))
     return sorted(blobs, key=lambda blob: -blob.area), filled
 
 
 def _belong(a: Box, b: Box) -> bool:
     """Tell whether two parts lie above each other, as those of one body do."""
     across = min(a.right, b.right) - max(a.x, b.x)
-    apart = max(a.y, b.y) - min(a.bottom, b.bottom)
-    return across >= _OVERLAP * min(a.width, b.width) and apart < _DISTANCE * a.union(b).height
+    if across < _OVERLAP * min(a.width, b.width):
+        return False
+    apart, both = max(a.y, b.y) - min(a.bottom, b.bottom), a.union(b).height
+    return apart < _DISTANCE * both
 
 
 class BodyShapes:
     """Templates of a bank, tight about the body and small."""
 
-    def __init__(self, bank: TemplateBank, step: int = 1) -> None:
-        """Take every other phase of a bank, and of its views one of each ``step``."""
+    def __init__(self, bank: TemplateBank) -> None:
+        """Take every other phase and every other view of a bank."""
         rows = bank.templates.shape[2]
         top, bottom = round(rows * (1 - bank.fill) / 2), round(rows * (1 + bank.fill) / 2)
-        chosen = bank.templates[::step, ::2].reshape(-1, *bank.templates.shape[2:])
+        chosen = bank.templates[::2, ::2].reshape(-1, *bank.templates.shape[2:])
         # A template is never wider than twice its height.
         shapes = [normalised(template[top:bottom]) for template in chosen]
         self._shapes = np.stack([shape for shape in shapes if shape is not None])

@@ -3,8 +3,8 @@
 """
 Finding people who walk, without a box: moving blobs that keep having the shape of a body.
 
-That one walks is told by a logistic regression.  ``walking.json`` holds rows of a measure, its
-weight and the range it is cut to; two rows of the same measure bend the line at the median of
+A logistic regression says whether a candidate walks.  ``walking.json`` holds rows of a measure,
+its weight and the range it is cut to; two rows of the same measure bend the line at the median of
 people.  ``benchmarks/walking.py`` learns it.
 """
 
@@ -24,57 +24,44 @@ from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import tanimoto
 from gait_segmentation.scene.scene import Scene, WholeView
-from gait_segmentation.scene.working import working_shape
 from gait_segmentation.starting.blobs import Blob, BodyShapes, normalised
 from gait_segmentation.starting.config import StartingConfig
 from gait_segmentation.starting.moving import MotionDetector, MovingRegions
 
 MODEL_FILE = Path(__file__).with_name('walking.json')
 _MODEL = json.loads(MODEL_FILE.read_text(encoding='utf-8'))
-_MOST_ODDS = 4.0
-"""Most that one frame may say for or against: one in fifty."""
-
 _FINEST, _LARGEST = 0.375, 480
 """Scale and longest side in pixels up to which more is searched for several people."""
 
-_STEP = 2
-"""Of the views of the bank one of so many is compared with."""
-
-_LEAST_PERIOD_S, _LATE_S, _PAUSE_S = 0.025, 0.12, 0.5
+_LEAST_PERIOD_S, _PAUSE_S = 0.025, 0.4
 """
-Frames that come faster are left out; one frame speaks for so long at most; and a pause in which
-too much may have changed.
+Frames that come faster are left out.  A longer pause ends the search, a candidate is kept unseen,
+one frame speaks, and an earlier shape is compared with for so long at most.
 """
 
 _SAME = 0.4
 """Share of the smaller of two boxes that is common to boxes of the same person."""
 
-_NOBODY_S, _STRICTER, _STRICTEST = 10.0, 10.0, 30.0
+_REJECTED_S, _STRICTER = 10.0, 10.0
 """
-Time for which a place is remembered where somebody was found who was nobody, by how much more
-evidence is asked for in it, and at most: people come close to it in some seconds.
+Time for which a place is remembered where a person was found that was none, and by how much more
+evidence is asked for in it: people come close to it in some seconds.
 """
 
-_MOST, _LOST_S = 24, 0.3
-"""Candidates followed at a time, and time for which one may go unseen."""
-
-_GAIN_PLACE, _GAIN = 0.6, 0.3
-"""Share of a sighting in the place, and in speed and size."""
+_GAIN = 0.4
+"""Share of a sighting in the place, speed and size of a candidate."""
 
 _LEAST_OVERLAP = 0.25
 """Intersection over union with where a candidate is expected from which a blob may be it."""
 
-_MOST_ASPECT, _LEAST_MOVING = 1.3, 0.05
-"""Largest width over height of a new candidate, and share of its blob that must move now."""
-
-_STEADY_S = 0.1, 0.4
-"""Least and longest time after which a shape is compared with an earlier one."""
+_STEADY_S = 0.1
+"""Least time after which a shape is compared with an earlier one."""
 
 
 @dataclass
 class Candidate:
     """
-    Somebody or something that moves and is followed.
+    What moves and may be a person.
 
     ``box`` is its smoothed box in the newest frame, ``trail`` the box of all places where it has
     been, ``speed`` that of its centre against the world in pixels a second.  ``blob`` is what was
@@ -102,13 +89,13 @@ class Candidate:
         box, before, expected = blob.box, self.box, self.predicted(seconds)
         passed = seconds - self.seen
         dx, dy = box.center_x - expected.center_x, box.center_y - expected.center_y
-        gain, rate = (max(each, 1 / (self.sightings + 1)) for each in (_GAIN_PLACE, _GAIN))
-        self.speed = self.speed[0] + rate * dx / passed, self.speed[1] + rate * dy / passed
+        gain = max(_GAIN, 1 / (self.sightings + 1))
+        self.speed = self.speed[0] + gain * dx / passed, self.speed[1] + gain * dy / passed
         self.box = Box.from_center(
             expected.center_x + gain * dx,
             expected.center_y + gain * dy,
-            before.width + rate * (box.width - before.width),
-            before.height + rate * (box.height - before.height),
+            before.width + gain * (box.width - before.width),
+            before.height + gain * (box.height - before.height),
         )
         self.trail = self.trail.union(box)
         self.blob, self.seen = blob, seconds
@@ -117,49 +104,35 @@ class Candidate:
     def show(self, shape: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
         """Take in the normalised shape of a sighting; return an earlier one if there is one."""
         self.shapes.append((self.seen, shape))
-        while self.seen - self.shapes[0][0] > _STEADY_S[1]:
+        while self.seen - self.shapes[0][0] > _PAUSE_S:
             self.shapes.popleft()
         first, earlier = self.shapes[0]
-        return earlier if self.seen - first >= _STEADY_S[0] else None
+        return earlier if self.seen - first >= _STEADY_S else None
 
 
-def follow(
-    candidates: list[Candidate],
+def associate(
+    candidates: Sequence[Candidate],
     blobs: Sequence[Blob],
     seconds: float,
     least_height: float,
 ) -> list[Candidate]:
     """
-    Give the blobs of a frame to the candidates, begin new ones and drop lost ones.
+    Associate the blobs of a frame with candidates, greedily by overlap.
 
-    :returns: the candidates there are now.
+    :returns: the candidates seen of late, and a new one for each blob left that is tall enough.
     """
-    pairs = []
-    for index, candidate in enumerate(candidates):
-        expected = candidate.predicted(seconds)
-        for number, blob in enumerate(blobs):
-            overlap = expected.iou(blob.box)
-            if overlap >= _LEAST_OVERLAP:
-                pairs.append((overlap, index, number))
-    taken: set[int] = set()
-    served: set[int] = set()
-    for _, index, number in sorted(pairs, reverse=True):
-        if index in served or number in taken:
-            continue
-        served.add(index)
-        taken.add(number)
-        candidates[index].see(blobs[number], seconds)
-    kept = [each for each in candidates if seconds - each.seen < _LOST_S]
-    for number, blob in enumerate(blobs):
-        if number in taken or len(kept) >= _MOST:
-            continue
-        box = blob.box
-        if box.height < least_height or box.width > _MOST_ASPECT * box.height:
-            continue
-        if blob.moving < _LEAST_MOVING * blob.area:
-            continue
-        kept.append(Candidate(box, box, blob, seconds))
-    return kept
+    pairs = (
+        (each.predicted(seconds).iou(blob.box), index, number)
+        for index, each in enumerate(candidates)
+        for number, blob in enumerate(blobs)
+    )
+    left = dict(enumerate(blobs))
+    for overlap, index, number in sorted(pairs, reverse=True):
+        if overlap >= _LEAST_OVERLAP and number in left and candidates[index].seen < seconds:
+            candidates[index].see(left.pop(number), seconds)
+    kept = [each for each in candidates if seconds - each.seen < _PAUSE_S]
+    new = (blob for blob in left.values() if blob.box.height >= least_height)
+    return kept + [Candidate(blob.box, blob.box, blob, seconds) for blob in new]
 
 
 class WalkerFinder:
@@ -176,19 +149,19 @@ class WalkerFinder:
         """
         self.config = config or StartingConfig()
         self._people = people
-        self._shapes = BodyShapes(bank, _STEP)
+        self._shapes = BodyShapes(bank)
         self._detector: MotionDetector | None = None
         self.reset()
 
     def reset(self) -> None:
-        """Forget everybody, and let the scene go on without the search."""
+        """Forget all candidates, and let the scene go on without the search."""
         if self._detector is not None:
             self._detector.close()
         self._detector = None
         self._scale, self._stamp_ns = 1.0, 0
         self._candidates: list[Candidate] = []
         self._judged: list[tuple[Box, dict[str, float]]] = []
-        self._nobody: list[tuple[Box, float]] = []
+        self._rejected: list[tuple[Box, float]] = []
 
     def update(
         self,
@@ -203,8 +176,8 @@ class WalkerFinder:
 
         :param scene: the same as before; see :meth:`reset`.
         :param occupied: boxes of people known already, in source pixels.
-        :param tried: boxes of people found who are still on trial, likewise.
-        :param wanted: whether anybody is to be found; if not, what moves is followed only.
+        :param tried: boxes of people found who are still on probation, likewise.
+        :param wanted: whether people are to be found; if not, what moves is followed only.
         :returns: tight boxes of people who walk and are not known, in source pixels.
         """
         stamp_ns = scene.stamp_ns
@@ -219,17 +192,26 @@ class WalkerFinder:
                 # Finer, as there may be a crowd.
                 searched = max(searched, min(_FINEST * size, _LARGEST))
             self._scale = min(1.0, searched / size)
-            self._detector = MotionDetector(scene, working_shape(*scene.source, self._scale))
+            self._detector = MotionDetector(scene, self._scale)
         self._stamp_ns = stamp_ns
         seconds = stamp_ns / 1e9
         taken, doubtful = (
             [box.scaled(self._scale) for box in boxes] for boxes in (occupied, tried)
         )
-        self._nobody = [each for each in self._nobody if seconds < each[1]]
-        frame = self._detector.update(taken, [box for box, _ in self._nobody])
-        wanted = wanted and self.config.auto_init != 'none'
-        self._follow(frame, seconds)
+        self._rejected = [each for each in self._rejected if seconds < each[1]]
+        frame = self._detector.update(taken)
+        dx, dy = frame.shift
+        for each in self._candidates:
+            each.box, each.trail = each.box.shifted(dx, dy), each.trail.shifted(dx, dy)
+        self._rejected = [(box.shifted(dx, dy), until) for box, until in self._rejected]
+        self._candidates = associate(
+            [] if frame.fresh else self._candidates,
+            frame.blobs,
+            seconds,
+            self.config.least_height,
+        )
         self._judged = []
+        wanted = wanted and self.config.auto_init != 'none'
         found = self._look(frame, taken, doubtful, seconds) if wanted else []
         return [box.scaled(1 / self._scale) for box in found]
 
@@ -239,16 +221,17 @@ class WalkerFinder:
 
     def evidence(self, box: Box) -> float:
         """
-        Return the evidence that somebody walks, in times of ``least_evidence``.
+        Return the evidence that a person walks there, in times of ``least_evidence``.
 
         :param box: where they are, in source pixels.
         """
-        there = (each.evidence for each in self._there(box))
+        place = [box.scaled(self._scale)]
+        there = (each.evidence for each in self._candidates if belongs(each.box, place))
         return max(there, default=0.0) / self.config.least_evidence
 
     def reject(self, box: Box) -> None:
         """
-        Take in that somebody found was nobody: more is asked for where that moves, for a time.
+        Reject what was found: for a time more evidence is asked for where it moves.
 
         :param box: where they are, in source pixels.
         """
@@ -257,25 +240,12 @@ class WalkerFinder:
             if each.box.iou(place) > 0:
                 place = place.union(each.trail)
                 each.evidence = 0.0
-        self._nobody.append((place, self._stamp_ns / 1e9 + _NOBODY_S))
-
-    def _there(self, box: Box) -> list[Candidate]:
-        known = [box.scaled(self._scale)]
-        return [each for each in self._candidates if belongs(each.box, known)]
+        self._rejected.append((place, self._stamp_ns / 1e9 + _REJECTED_S))
 
     @property
     def background(self) -> WholeView | None:
-        """Return the scene as it was before there was anybody, None if it is not known."""
+        """Return the scene as it was before there were people, None if it is not known."""
         return None if self._detector is None else self._detector.known
-
-    def _follow(self, frame: MovingRegions, seconds: float) -> None:
-        dx, dy = frame.shift
-        for each in self._candidates:
-            each.box, each.trail = each.box.shifted(dx, dy), each.trail.shifted(dx, dy)
-        self._nobody = [(box.shifted(dx, dy), until) for box, until in self._nobody]
-        if frame.fresh:
-            self._candidates = []
-        self._candidates = follow(self._candidates, frame.blobs, seconds, self.config.least_height)
 
     def _look(
         self, frame: MovingRegions, known: Sequence[Box], tried: Sequence[Box], seconds: float
@@ -284,7 +254,7 @@ class WalkerFinder:
         Add up the evidence of each candidate, and return tight boxes of walkers, tallest first.
 
         The log-odds of each frame, times the time since the last one, never fall below zero, as in
-        Page's cumulative sum test: what is doubtful must walk for longer.  They are told by the
+        Page's cumulative sum test: what is doubtful must walk for longer.  They depend on the
         ``similarity`` of the silhouette with the best template; ``width``, the logarithm of width
         over height; ``moving``, the share that moves now; ``height``, the logarithm of the height
         in pixels; ``steadiness``, the similarity with the own shape a moment ago, since noise is
@@ -292,19 +262,21 @@ class WalkerFinder:
         without being like a body.
 
         :param known: boxes of people who are known already.
-        :param tried: boxes of people who are on trial: judged, and not found again.
+        :param tried: boxes of people on probation: judged, and not found again.
         """
         found: list[Box] = []
         seen = [each for each in self._candidates if each.seen == seconds]
         size = frame.silhouettes.shape[::-1]
         shapes = [normalised(frame.silhouettes[each.blob.box.slices(*size)]) for each in seen]
         likeness = [0.0 if shape is None else self._shapes.likeness(shape) for shape in shapes]
-        nobody = [box for box, _ in self._nobody]
-        clutter = {b.number: 0.0 if belongs(b.box, nobody) else b.area * 1.0 for b in frame.blobs}
-        for each, alike in zip(seen, likeness, strict=True):
-            clutter[each.blob.number] *= 1 - alike
-        total = sum(clutter.values())
-        for each, shape, alike in zip(seen, shapes, likeness, strict=True):
+        rejected = [box for box, _ in self._rejected]
+        own = [
+            0.0 if belongs(each.blob.box, rejected) else each.blob.area * (1 - alike)
+            for each, alike in zip(seen, likeness, strict=True)
+        ]
+        small = [blob for blob in frame.blobs if all(blob is not each.blob for each in seen)]
+        clutter = sum(own) + sum(b.area for b in small if not belongs(b.box, rejected))
+        for each, shape, alike, odd in zip(seen, shapes, likeness, own, strict=True):
             blob = each.blob
             if shape is None or belongs(each.box, known):
                 continue
@@ -317,21 +289,22 @@ class WalkerFinder:
                 'moving': blob.moving / blob.area,
                 'height': math.log(blob.box.height),
                 'steadiness': float(tanimoto(earlier, shape)),
-                'clutter': (total - clutter[blob.number]) / frame.silhouettes.size,
+                'clutter': (clutter - odd) / frame.silhouettes.size,
             }
             self._judged.append((blob.box, measures))
-            passed = min(seconds - each.judged, _LATE_S) if each.judged else 0.0
+            passed = min(seconds - each.judged, _PAUSE_S) if each.judged else 0.0
             each.judged = seconds
             each.evidence = max(each.evidence + passed * log_odds(measures), 0.0)
-            errors = sum(belongs(each.box, [box]) for box in nobody)
-            needed = min(_STRICTER**errors, _STRICTEST) * self.config.least_evidence
+            needed = self.config.least_evidence
+            if belongs(each.box, rejected):
+                needed *= _STRICTER
             if each.evidence >= needed and not belongs(each.box, tried):
                 found.append(blob.box)
         return sorted(found, key=lambda box: -box.height)
 
 
 def belongs(box: Box, known: Sequence[Box]) -> bool:
-    """Tell whether what is in a box may be of somebody known, by the share of the smaller box."""
+    """Tell whether what is in a box may be of a person known, by the share of the smaller box."""
     for other in known:
         width = min(box.right, other.right) - max(box.x, other.x)
         height = min(box.bottom, other.bottom) - max(box.y, other.y)
@@ -342,8 +315,8 @@ def belongs(box: Box, known: Sequence[Box]) -> bool:
 
 
 def log_odds(measures: Mapping[str, float]) -> float:
-    """Return the log-odds that something with such measures walks, within +-4."""
-    total = float(_MODEL['intercept'])
-    for name, weight, low, high in _MODEL['rows']:
-        total += weight * min(max(measures[name], low), high)
-    return min(max(total, -_MOST_ODDS), _MOST_ODDS)
+    """Return the log-odds that something with such measures walks."""
+    rows = (
+        weight * min(max(measures[name], low), high) for name, weight, low, high in _MODEL['rows']
+    )
+    return sum(rows, float(_MODEL['intercept']))

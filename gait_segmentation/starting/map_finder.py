@@ -29,9 +29,6 @@ Tanimoto similarity with the best template from which a region may be a body, an
 must be in sum over maps in a row: the clear shape of a body is enough at once.
 """
 
-_SAME = 0.3
-"""Overlap (intersection over union) of the boxes of one person in two maps."""
-
 
 class MapFinder:
     """Finds people in heat maps."""
@@ -58,14 +55,14 @@ class MapFinder:
 
         :param source: (H, W) of the frames.
         :param occupied: boxes of people known already, in source pixels.
-        :param least_height: of anybody who is found, in source pixels.
+        :param least_height: of a person who is found, in source pixels.
         """
         if heat.stamp_ns == self._stamp_ns:
             return []
         self._stamp_ns = heat.stamp_ns
         before, self._regions = self._regions, []
         for box, evidence in self._bodies(heat.values, source, occupied, least_height):
-            past = (known for other, known in before if other.iou(box) >= _SAME)
+            past = (known for other, known in before if belongs(other, [box]))
             self._regions.append((box, evidence + max(past, default=0.0)))
         self._regions.sort(key=lambda region: -region[0].height)
         # A taller one who is not sure yet may be so with the next map, and there may be one slot.

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Whether somebody found without a box is a person, as their first seconds tell."""
+"""Whether what was found without a box is a person, by its first seconds."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ _LEAST_FIT = 0.68
 """Mean similarity of the masks with their templates that proves a person by itself."""
 
 _WORTH, _MOST_EVIDENCE = 0.02, 10.0
-"""Similarity that may be missing for each time the evidence that somebody is found at; at most."""
+"""Similarity that may be missing for each time the evidence that people are found at; at most."""
 
 _STEP_NS = 300_000_000, 450_000_000
 """Time in which who walks takes on another shape: about half a step."""
 
-_CHANGE, _ODD = (0.5, 0.7), 2.0
+_RIGID, _ODD = 0.7, 2.0
 """
-Similarity of two masks so far apart, in the mean: what is rigid has more, what is no body less.
-What lies outside counts so many times against a person.
+Similarity of two masks so far apart, in the mean, from which it is of something rigid, and how
+many times more counts against a person.
 """
 
 
 class Probation:
     """
-    What speaks for somebody found by the walk to be a person.
+    The evidence that what was found by its walk is a person.
 
     The shape of a blob let them be found; now their masks must have the shape of the templates
     that were matched, the less so the longer the search goes on to take the blob for a body.
     """
 
     def __init__(self, stamp_ns: int) -> None:
-        """Begin when somebody is found."""
+        """Begin when it is found."""
         self._begin_ns = stamp_ns
         self._passed = False
         self._evidence = 0.0
@@ -80,6 +80,5 @@ class Probation:
             return True
         fit = float(np.mean(self._fits)) + _WORTH * self._evidence
         if self._changes:
-            change = float(np.mean(self._changes))
-            fit -= _ODD * abs(change - min(max(change, _CHANGE[0]), _CHANGE[1]))
+            fit -= _ODD * max(float(np.mean(self._changes)) - _RIGID, 0.0)
         return fit >= _LEAST_FIT

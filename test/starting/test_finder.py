@@ -13,7 +13,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.scene.scene import Scene
 from gait_segmentation.starting import StartingConfig, WalkerFinder
 from gait_segmentation.starting.blobs import Blob
-from gait_segmentation.starting.finder import Candidate, follow
+from gait_segmentation.starting.finder import Candidate, associate
 from test.walkers import box_of, clip, small_bank
 
 PERIOD_NS = 40_000_000
@@ -75,7 +75,7 @@ def test_a_walker_is_found_with_a_tight_box(pan: float) -> None:
 def test_smaller_people_are_found_where_there_may_be_several(people: int, found: bool) -> None:
     finder, place = Search(people=people), scene((720, 960))
     frames, boxes = clip(pan=0.0, frames=40), []
-    scale = 66 / frames[0].boxes[0].height
+    scale = 60 / frames[0].boxes[0].height
     for number, frame in enumerate(frames):
         small = cv2.resize(frame.image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
         image = place.copy()
@@ -163,15 +163,13 @@ def test_who_is_on_trial_is_looked_at_but_not_found() -> None:
     assert finder.evidence(Box(0, 0, 20, 40)) == 0
 
 
-@pytest.mark.parametrize('errors', [1, 4])
-def test_where_there_was_an_error_and_only_there_more_evidence_is_asked_for(errors: int) -> None:
+def test_where_there_was_an_error_and_only_there_more_evidence_is_asked_for() -> None:
     first = found_in_walk()[0][0]
     for where, later in ((Box(0, 0, 320, 240), True), (Box(0, 0, 20, 40), False)):
         config = StartingConfig(least_evidence=0.05) if later else StartingConfig()
         finder = Search(config)
         finder.see(walk()[0], 10**9 - PERIOD_NS)
-        for _ in range(errors):
-            finder.reject(where)
+        finder.reject(where)
         assert (run(walk(), finder=finder)[0][0] > first) == later
 
 
@@ -214,7 +212,7 @@ def test_two_blobs_are_not_confused() -> None:
     for number in range(10):
         both = [20 + 2 * number, 120 - 2 * number]
         blobs = [Blob(Box(x, 20, 20, 60), 900, 600) for x in both]
-        candidates = follow(candidates, blobs[:: (-1) ** number], 1 + number * 0.04, 24)
+        candidates = associate(candidates, blobs[:: (-1) ** number], 1 + number * 0.04, 24)
     assert [each.sightings for each in candidates] == [10, 10]
     assert candidates[0].speed[0] > 0 > candidates[1].speed[0]
 
