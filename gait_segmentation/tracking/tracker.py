@@ -303,30 +303,31 @@ class PeopleTracker:
         tracked = [track for track in self.tracks() if track.state == TRACKED]
         candidates = [track for track in self.tracks() if track.probation is not None]
         free, several = len(tracked) < len(self._slots), len(self._slots) > 1
-        if at_first or not (free or candidates or several) or (self._given and any(self._slots)):
-            self._finder.reset()
-            return []
         boxes: dict[bool, list[Box]] = {False: [], True: []}
         for track in tracked:
             # No wider than one body: another person may be beside it.
             x, y, height = track.body.center_x, track.body.center_y, track.body.height
             width = min(track.body.width, WIDEST * height)
             boxes[track in candidates].append(Box.from_center(x, y, width, height))
-        wanted = bool(free or candidates) and not self._given
-        found = self._finder.update(scene, boxes[False], tried=boxes[True], wanted=wanted)
+        given, found = self._given and any(self._slots), []
+        if at_first or given or not (free or candidates or several):
+            self._finder.reset()
+        else:
+            wanted = bool(free or candidates) and not self._given
+            walkers = self._finder.update(scene, boxes[False], tried=boxes[True], wanted=wanted)
+            found = [(box, True) for box in walkers]
         heat = self._heat_map
-        if not free:
-            return []
-        walkers = [(box, True) for box in found]
-        if heat is None or heat.stamp_ns != self._stamp_ns or not wanted:
-            return walkers
-        if self._starting.auto_init == 'none':
-            return walkers
+        # A person who is lost is looked for in maps though boxes are given.
+        wanted = any(track.state == LOST for track in self.tracks()) if self._given else free
+        if not wanted or heat is None or heat.stamp_ns != self._stamp_ns:
+            return found if free else []
+        if self._starting.auto_init == 'none' and not given:
+            return found
         searched = max(1.0, max(scene.source) / self._starting.search_size)
-        known = [*boxes[False], *boxes[True], *found]
+        known = [*boxes[False], *boxes[True], *(box for box, _ in found)]
         least = self._starting.least_height * searched
         shown = self._map_finder.update(heat, scene.source, known, least)
-        return [*walkers, *((box, False) for box in shown)]
+        return [*found, *((box, False) for box in shown)]
 
     def _update_states(self, gap_s: float = 0.0) -> None:
         """Let every track go over to its next state, and free the slots of those that end."""
@@ -351,7 +352,8 @@ class PeopleTracker:
         view = self._view_for(box)
         beginning = self._estimate(view, box.scaled(view.scale), by_map=not by_walk)
         place = slot_for_found(self._slots, view, beginning[0])
-        if place is not None:
+        # Who gives boxes gives all: others are only found again.
+        if place is not None and not (self._given and place[1] is None):
             slot, track_id = place
             track = self._slots[slot] = self._new_track(view, beginning, track_id)
             if track_id is None and by_walk:

@@ -17,7 +17,18 @@ from gait_segmentation.results import LOST, TRACKED
 from gait_segmentation.scene.scene import Scene, View
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.initialization import estimate_first, slot_for_found
-from test.tracking.figures import GREEN, RED, STEP_NS, Figure, Told, ids, picture, step, walk
+from test.tracking.figures import (
+    GREEN,
+    RED,
+    STEP_NS,
+    WIDTH,
+    Figure,
+    Told,
+    ids,
+    picture,
+    step,
+    walk,
+)
 from test.walkers import small_bank
 
 ON_TRIAL = 77
@@ -168,6 +179,27 @@ def test_somebody_found_is_the_lost_one_only_in_the_same_clothes(
     finder.find(Figure(60, coat))
     (result,) = told.show(Figure(60, coat))
     assert (result.state, result.track_id) == ('tracked', track_id)
+
+
+@pytest.mark.parametrize(('coat', 'found'), [(RED, True), (GREEN, False)])
+def test_a_lost_person_is_found_in_a_map_though_a_box_was_given(
+    coat: tuple[int, int, int], found: bool
+) -> None:
+    told = Told(1, 'none', patience=10.0)
+    told.follow(walk(Figure(60), 12))
+    for _ in range(30):
+        (result,) = told.show(boards=[(0, WIDTH)])
+    assert result.state == 'lost'
+    # Half as tall by now, where nothing else would look for them.
+    figure = Figure(260, coat, y=120.0, height=55.0)
+    states = []
+    for _ in range(4):
+        image, (mask,) = picture([figure])
+        (result,) = told.tracker.update(image, told.stamp_ns, mask)
+        told.frames += 1
+        states.append((result.state, result.track_id))
+    assert (('tracked', 1) in states) == found
+    assert {track_id for _, track_id in states} == {1}
 
 
 def test_of_those_who_are_lost_the_one_lost_longest_makes_room() -> None:
