@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the surroundings look like pixel by pixel, carried along with the camera's motion."""
+"""What the surroundings look like pixel by pixel, moved along with the camera's motion."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ class BackgroundModel:
             self.forget(cv2.dilate(unknown, np.ones((5, 5), np.uint8)))
         self.sums[..., 1:3] = mean[..., 1:] * self.sums[..., 3:]
 
-    def adopt(self, other: BackgroundModel) -> None:
+    def merge(self, other: BackgroundModel) -> None:
         """Take over what another model of the same frame and size knows better."""
         if not np.any(self.count):
             self.sigma = other.sigma
@@ -180,7 +180,7 @@ class BackgroundModel:
     def _all(self) -> list[Window]:
         return [(slice(0, self.sums.shape[0]), slice(0, self.sums.shape[1]))]
 
-    def learn(
+    def add(
         self,
         lab: NDArray[np.uint8],
         person: NDArray[np.uint8],

@@ -124,9 +124,9 @@ class Light:
         hidden = np.asarray(cv2.resize(hidden, now.shape[1::-1], interpolation=cv2.INTER_AREA))
         self._people = hidden > 0
         if not self.faded:
-            # Somebody nobody knows of, say: the place is not forgotten at once.
+            # An unknown person, say: the place is not forgotten at once.
             hidden[self._strange] = 255
-            self._known.learn(now, hidden)
+            self._known.add(now, hidden)
 
     def forget(self) -> None:
         """Forget the place, for the camera shows another one from now on, in the same light."""

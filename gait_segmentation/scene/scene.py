@@ -181,13 +181,13 @@ class View:
             ages = [abs(each.image.stamp_ns - heat.stamp_ns) for each in frames]
             self.now.heat_frames = len(ages) - 1 - ages.index(min(ages))
 
-    def reset(self) -> None:
+    def clear(self) -> None:
         """Forget the place, for the camera shows another one from now on."""
         for model in (self.background, self._expected[0]):
             model.sums[:] = 0
         self.frames.clear()
 
-    def learn(
+    def add_background(
         self,
         frame: Frame,
         people: NDArray[np.uint8],
@@ -208,7 +208,7 @@ class View:
         lab, windows, motion = frame.image.lab, frame.windows, self.motion_since(frame)
         hidden = people | self._moving(frame) if gate else people
         if motion.camera is not None:
-            # The mask came late: the frame is carried on to where the background is by now.
+            # The mask came late: the frame is moved on to where the background is by now.
             windows = around = self.now.windows
             earlier, free = lab, cv2.inRange(hidden, 0, 0)
             lab, hidden = np.zeros_like(lab), np.ones_like(people)
@@ -217,7 +217,7 @@ class View:
                 shown = motion.warped(free, part, cv2.BORDER_CONSTANT)
                 hidden[part] = cv2.inRange(shown, 0, 254)
         self.background.measure_noise(lab, hidden, around)
-        self.background.learn(lab, hidden, windows)
+        self.background.add(lab, hidden, windows)
 
     def _moving(self, frame: Frame) -> NDArray[np.uint8]:
         """Return where something moves against the world in the windows of a frame, (h, w) 0/1."""
@@ -240,14 +240,14 @@ class WholeView(View):
     """
     The scene all over the image, in which people are looked for.
 
-    Its background is carried along only when it is learnt, since each motion blurs it.
+    Its background is moved along only when it is learnt, since each motion blurs it.
     """
 
     def __init__(self, source: tuple[int, int], scale: float) -> None:
         """Make a view of which nothing is known; see :class:`View`."""
         super().__init__(source, scale)
         self._since = WorldMotion()
-        self.reset()
+        self.clear()
 
     def expect(self, image: WorkingImage, motion: WorldMotion) -> float:
         """Remember the motion; see :meth:`View.expect`."""
@@ -255,7 +255,7 @@ class WholeView(View):
         self._expected = self.background, [self.all]
         return 1.0
 
-    def reset(self) -> None:
+    def clear(self) -> None:
         """Forget the place."""
         self.background, self._since = BackgroundModel(self.shape), WorldMotion()
         self._expected = self.background, [self.all]
@@ -275,7 +275,7 @@ class WholeView(View):
         smooth.sums = self._since.warped(self._smooth, self.all, cv2.BORDER_CONSTANT)
         return smooth
 
-    def learn_all(self, hidden: NDArray[np.uint8]) -> None:
+    def add_all(self, hidden: NDArray[np.uint8]) -> None:
         """
         Learn the background from the newest frame.
 
@@ -290,7 +290,7 @@ class WholeView(View):
         model.sums[other] *= _FADE
         gone = other & (model.count < SURE_COUNT)
         model.forget(gone)
-        model.learn(lab, np.where(other & ~gone, np.uint8(1), hidden))
+        model.add(lab, np.where(other & ~gone, np.uint8(1), hidden))
         self._smooth, self.is_known = np.asarray(cv2.blur(model.sums, (3, 3))), True
 
 
@@ -373,7 +373,7 @@ class Scene:
         if shown < _LEAST_SHOWN and last and newest.pyramid.resembles(last.pyramid):
             self._light.forget()
             for view in self.views:
-                view.reset()
+                view.clear()
         elif shown < _LEAST_SHOWN:
             blank, steps = True, [WorldMotion()] * len(steps)
             for view in self.views:

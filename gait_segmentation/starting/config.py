@@ -37,7 +37,7 @@ class StartingConfig(StageConfig):
     )
     least_evidence: float = parameter(
         0.1,
-        'Evidence from which somebody is taken for a walker: log-odds times the time for which '
+        'Evidence from which a person is taken for a walker: log-odds times the time for which '
         'they are seen. Lower values start earlier, higher ones make fewer errors.',
         unit='s',
         minimum=0.025,

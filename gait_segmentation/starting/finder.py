@@ -151,9 +151,9 @@ class WalkerFinder:
         self._people = people
         self._shapes = BodyShapes(bank)
         self._detector: MotionDetector | None = None
-        self.reset()
+        self.stop()
 
-    def reset(self) -> None:
+    def stop(self) -> None:
         """Forget all candidates, and let the scene go on without the search."""
         if self._detector is not None:
             self._detector.close()
@@ -172,9 +172,9 @@ class WalkerFinder:
         wanted: bool = True,
     ) -> list[Box]:
         """
-        Look at the newest frame of a scene; after a pause it begins anew.
+        Look at the newest frame of a scene; after a pause it starts again.
 
-        :param scene: the same as before; see :meth:`reset`.
+        :param scene: the same as before; see :meth:`stop`.
         :param occupied: boxes of people known already, in source pixels.
         :param tried: boxes of people found who are still on probation, likewise.
         :param wanted: whether people are to be found; if not, what moves is followed only.
@@ -185,7 +185,7 @@ class WalkerFinder:
         if self._detector is not None and pause < _LEAST_PERIOD_S:
             return []
         if self._detector is None or pause >= _PAUSE_S:
-            self.reset()
+            self.stop()
             size = max(scene.source)
             searched = float(self.config.search_size)
             if self._people > 1:

@@ -35,10 +35,6 @@ class MapFinder:
 
     def __init__(self, bank: TemplateBank) -> None:
         self._shapes = BodyShapes(bank)
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget what was seen."""
         self._stamp_ns = 0
         self._regions: list[tuple[Box, float]] = []
         """What may be a body, in source pixels, and how sure that is by now."""

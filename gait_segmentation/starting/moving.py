@@ -92,7 +92,7 @@ class MotionDetector:
         self._forget()
 
     def _forget(self) -> None:
-        self._view.reset()
+        self._view.clear()
         self._evidence = np.zeros(self._view.shape, np.uint8)
         self._weather = 0.0
         self._begun = self._learnt = 0.0
@@ -192,4 +192,4 @@ class MotionDetector:
         if known_s < _GAP_NS / 1e9 or seconds - self._learnt < wait:
             return
         self._learnt = seconds
-        self._view.learn_all(np.asarray(cv2.dilate(filled, _RIM)))
+        self._view.add_all(np.asarray(cv2.dilate(filled, _RIM)))

@@ -50,7 +50,9 @@ class Probation:
         """Take in what the search says by now, in times of what it finds people at."""
         self._evidence = min(max(self._evidence, evidence), _MOST_EVIDENCE)
 
-    def learn(self, stamp_ns: int, mask: NDArray[np.uint8], template: NDArray[np.uint8]) -> None:
+    def add_mask(
+        self, stamp_ns: int, mask: NDArray[np.uint8], template: NDArray[np.uint8]
+    ) -> None:
         """Take in a mask, 0/255, and its template, (h, w) uint8, and the stamp of their frame."""
         self._fits.append(float(tanimoto(mask, template)))
         x, y, width, height = bounding_box(mask)

@@ -119,7 +119,7 @@ def correct(
             people[where] |= mask
             around.append(window)
     if around and config.use_background:
-        view.learn(frame, people, around, gate=config.use_motion_gate)
+        view.add_background(frame, people, around, gate=config.use_motion_gate)
 
 
 def _measure_misplacement(view: View, tracks: Sequence[Track]) -> None:

@@ -86,7 +86,7 @@ def estimate_first(
                 start = _as_shown(start, shown, window)
     view.background.forget(start.mask)
     if known is not None:
-        view.background.adopt(known)
+        view.background.merge(known)
     return start, cue
 
 

@@ -12,7 +12,7 @@ with the background's mean B, trust a = a_max n / (n + 1/10 + m) in a pixel seen
 background is misplaced by m pixels, and the density S of a cast shadow: any lightness from
 ``floor`` to 1 of the background's, same chroma (Horprasert, Harwood and Davis, ICCV Frame-Rate
 Workshop 1999), near the feet.
-Somebody else may have any colour, away from where the person is expected.
+Another person may have any colour, away from where the person is expected.
 Where the background is steep, sigma grows by what a misplaced background would differ there.
 """
 
@@ -137,7 +137,7 @@ def ratios(
     :param sums: of the window, see :class:`.BackgroundModel`.
     :param wider: (2, h, w) float32, by what the variances of lightness and chroma are greater.
     :param misplacement: of the background, in pixels.
-    :param strangers: (h, w) float32, probability of any colour of somebody else.
+    :param strangers: (h, w) float32, probability of any colour of another person.
     """
     zero, one = np.float32(0), np.float32(1)
     doubt = np.float32(_DOUBT + misplacement)
@@ -197,7 +197,7 @@ def log_ratio(
     :param lab: (h, w, 3) uint8, the window of the working image.
     :param rows: (h, w) position down the body.
     :param window: the window's rows and columns in the working image.
-    :param strangers: (h, w) float32, probability of any colour of somebody else; None: nobody is.
+    :param strangers: (h, w) float32, probability of any colour of another person, if any.
     """
     out = np.empty(rows.shape, np.float32)
     sums = np.ascontiguousarray(background.sums[window])

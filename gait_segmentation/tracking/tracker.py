@@ -83,8 +83,8 @@ class PeopleTracker:
         self._scene: Scene | None = None
         self._heat_map: HeatMap | None = None
         self._stamp_ns = 0
-        self._finder.reset()
-        self._map_finder.reset()
+        self._finder.stop()
+        self._map_finder = MapFinder(self._bank)
 
     @property
     def config(self) -> TrackingConfig:
@@ -229,7 +229,7 @@ class PeopleTracker:
             probation = known[each.track_id].probation
             if probation is not None:
                 small = shrink(each.mask, each.shape_prior.shape)
-                probation.learn(each.stamp_ns, small, each.shape_prior)
+                probation.add_mask(each.stamp_ns, small, each.shape_prior)
         for view in self._views() if by_track else ():
             group.correct(view, self.tracks(view), feedback[0].stamp_ns, by_track, self._config)
 
@@ -311,7 +311,7 @@ class PeopleTracker:
             boxes[track in candidates].append(Box.from_center(x, y, width, height))
         given, found = self._given and any(self._slots), []
         if at_first or given or not (free or candidates or several):
-            self._finder.reset()
+            self._finder.stop()
         else:
             wanted = bool(free or candidates) and not self._given
             walkers = self._finder.update(scene, boxes[False], tried=boxes[True], wanted=wanted)

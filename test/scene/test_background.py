@@ -21,7 +21,7 @@ NOBODY = np.zeros((60, 80), np.uint8)
 def learnt(lab: np.ndarray, person: np.ndarray | None = None, frames: int = 1) -> BackgroundModel:
     model = BackgroundModel(lab.shape[:2])
     for _ in range(frames):
-        model.learn(lab, np.zeros(lab.shape[:2], np.uint8) if person is None else person)
+        model.add(lab, np.zeros(lab.shape[:2], np.uint8) if person is None else person)
     return model
 
 
@@ -124,7 +124,7 @@ def test_misplacement_is_measured_where_the_background_is_steep(shift, low, high
 def test_what_is_known_from_elsewhere_counts_where_less_is_known() -> None:
     model, other = learnt(np.full((1, 3, 3), 50, np.uint8)), BackgroundModel((1, 3))
     other.sums[0] = [(0, 0, 0, 0), (90, 90, 90, 1), (450, 450, 450, 5)]
-    model.adopt(other)
+    model.merge(other)
     assert model.count[0].tolist() == [1, 1, 5]
     assert model.mean[0, :, 0].tolist() == [50, 50, 90]
 

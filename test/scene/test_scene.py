@@ -42,7 +42,7 @@ class Place:
     def learn(self, people: np.ndarray = NOBODY, margins=(), back: int = 0, **options) -> Frame:
         """Learn the newest frame, or one that is some frames back; return it."""
         frame = self.view.take(self.stamp_ns - back * 10**7)
-        self.view.learn(frame, people, margins, **options)
+        self.view.add_background(frame, people, margins, **options)
         return frame
 
     def see(self, image: np.ndarray) -> bool:

@@ -127,7 +127,7 @@ def test_a_reset_and_a_pause_begin_anew() -> None:
         finder = Search()
         assert run(walk()[:30], finder=finder)
         if not pause_ns:
-            finder.reset()
+            finder.stop()
         finder.scene = Scene(finder.scene.source)
         stamps = (10**9 * (1 + (pause_ns > 0) * 3) + n * PERIOD_NS for n in range(len(walk())))
         found = [

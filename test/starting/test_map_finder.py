@@ -48,7 +48,7 @@ def test_whoever_is_tracked_is_not_found_again_and_what_hangs_together_with_them
     touching[:, :30] = touching[:, 34:] = body()
     touching[50:, 25:40] = 255
     assert finder.update(heat(1, (20, 30, touching)), SOURCE, tracked, 20) == []
-    finder.reset()
+    finder = MapFinder(default_bank())
     touching[:, 30:34] = 0
     assert len(finder.update(heat(2, (20, 30, touching)), SOURCE, tracked, 20)) == 1
 
@@ -64,7 +64,7 @@ def test_what_is_less_clear_must_be_seen_in_several_maps():
     found = [len(finder.update(heat(n, (20 + n, 30, square)), SOURCE, [], 20)) for n in range(8)]
     assert found[0] == 0
     assert sum(found) >= 1
-    finder.reset()
+    finder = MapFinder(default_bank())
     jumping = [(20 + 70 * (n % 2), 30, square) for n in range(8)]
     assert not any(finder.update(heat(n, each), SOURCE, [], 20) for n, each in enumerate(jumping))
 

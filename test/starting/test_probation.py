@@ -28,7 +28,7 @@ def test_masks_must_fit_their_templates_the_less_the_more_evidence_there_is(
 ) -> None:
     probation = Probation(10**9)
     for share in fits:
-        probation.learn(10**9, bar(share), bar(1.0))
+        probation.add_mask(10**9, bar(share), bar(1.0))
     probation.see(evidence)
     probation.see(0.0)
     assert probation.is_passed(2 * 10**9) == passed
@@ -54,13 +54,13 @@ def leg(forward: int) -> np.ndarray:
 def test_who_walks_changes_shape(masks: list[np.ndarray], later_s: float, passed: bool) -> None:
     probation = Probation(10**9)
     for number, mask in enumerate(masks):
-        probation.learn(10**9 + round(number * later_s * 1e9), mask, mask)
+        probation.add_mask(10**9 + round(number * later_s * 1e9), mask, mask)
     assert probation.is_passed(2 * 10**9) == passed
 
 
 def test_masks_tell_after_a_second_and_it_is_over_after_three() -> None:
     probation = Probation(10**9)
-    probation.learn(10**9, bar(0.3), bar(1.0))
+    probation.add_mask(10**9, bar(0.3), bar(1.0))
     assert probation.is_passed(2 * 10**9 - 1)
     assert not probation.is_passed(2 * 10**9)
     assert not probation.is_over(4 * 10**9 - 1)

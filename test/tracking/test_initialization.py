@@ -71,7 +71,7 @@ class Finder:
     def find(self, figure: Figure) -> None:
         self.boxes.append(figure.box)
 
-    def reset(self) -> None:
+    def stop(self) -> None:
         """Have nothing to forget."""
 
 

@@ -79,7 +79,7 @@ def test_it_is_the_formula_pixel_by_pixel(switches: dict, misplacement: float) -
     config, model = TrackingConfig(**switches), BackgroundModel(SHAPE)
     for _ in range(4):
         hidden = rng.integers(0, 2, SHAPE, np.uint8)
-        model.learn(rng.integers(110, 150, (*SHAPE, 3), np.uint8), hidden)
+        model.add(rng.integers(110, 150, (*SHAPE, 3), np.uint8), hidden)
     model.sums *= np.float32(0.9)
     model.misplacement = misplacement
     lab = rng.integers(80, 180, (*SHAPE, 3), np.uint8)
