@@ -39,6 +39,12 @@ LEAST_SAMPLES = 50
 _STEEP = 4.0
 """Slope per pixel, in ``sigma``, from which residuals tell of a wrong place."""
 
+_PLACE = 0.5
+"""
+Pixels by which a frame is off more than those before after a jolt; share by which the place
+follows what drifts.
+"""
+
 _NOISE_PLACE = 0.25
 """What noise alone makes of steep pixels, in pixels."""
 
@@ -227,7 +233,11 @@ class BackgroundModel:
         places = np.concatenate(parts)
         if len(places) >= LEAST_SAMPLES:
             misplaced = _OF_MEDIAN * float(median(places))
-            self.misplacement = max(misplaced**2 - _NOISE_PLACE**2, 0.0) ** 0.5
+            misplaced = max(misplaced**2 - _NOISE_PLACE**2, 0.0) ** 0.5
+            # A jolt counts at once, what drifts in the mean of some frames.
+            jolt = misplaced > self.misplacement + _PLACE
+            share = 1.0 if jolt else _PLACE
+            self.misplacement += share * (misplaced - self.misplacement)
 
     def _known(self, part: Window) -> NDArray[np.float32]:
         """Return the mean of some pixels, (h, w, 3) float32, NaN where it is not known."""
