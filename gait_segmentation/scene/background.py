@@ -4,9 +4,7 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Sequence
-from statistics import NormalDist
 
 import cv2
 import numpy as np
@@ -15,43 +13,36 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import NO_CHROMA, gray_lab
 from gait_segmentation.images import Window, median
 from gait_segmentation.kernels import kernel
-from gait_segmentation.scene.ego_motion import WorldMotion
+from gait_segmentation.scene.world_motion import WorldMotion
 
-_MOST_COUNT = 25.0
-"""Times a pixel counts as seen at most, so that it goes on learning."""
-
+_LEAST_RATE, _HIDDEN_DECAY = 0.04, 0.995
 _SAMPLE_STEP = 3
-"""Of so many rows and columns one is looked at to measure the noise."""
-
 SURE_COUNT = 2.0
 """Times a pixel was seen to be sure what is there."""
 
-_NEUTRAL, _GAIN = 4.0, 0.75
-_LIMIT = _GAIN * _NEUTRAL
+_NEUTRAL, _GAIN, _LIMIT = 4.0, 0.75, 3.0
 """
 Half the squared distance in ``sigma`` that says nothing, evidence per step, and its limit, which
 is reached four ``sigma`` away.
 """
 
-LEAST_SAMPLES = 50
-"""Pixels, or cells of them, that are needed to tell something of all of the image."""
+_WARP_DECAY = 0.98
+_LEAST_SAMPLES = 50
 
 _STEEP = 4.0
 """Slope per pixel, in ``sigma``, from which residuals tell of a wrong place."""
 
-_PLACE = 0.5
-"""
-Pixels by which a frame is off more than those before after a jolt; share by which the place
-follows what drifts.
-"""
-
 _NOISE_PLACE = 0.25
 """What noise alone makes of steep pixels, in pixels."""
 
-_OF_MEDIAN = 1 / NormalDist().inv_cdf(0.75)
+_PLACE_RATE = 0.5
+_JOLT = 0.5
+"""Pixels by which a frame must be off more than those before to be a jolt: more than drift."""
+
+_OF_MEDIAN = 1.4826
 """Standard deviation of normal residuals over the median of their absolute values."""
 
-_SIGMA_LOW, _SIGMA_HIGH = 2.5, 14.0
+_SIGMA_START, _SIGMA_LOW, _SIGMA_HIGH = 5.0, 2.5, 14.0
 
 
 class BackgroundModel:
@@ -72,7 +63,7 @@ class BackgroundModel:
     def __init__(self, shape: tuple[int, int]) -> None:
         """Make a model that knows nothing yet, for a working image of the given (h, w)."""
         self.sums = np.zeros((*shape, 4), np.float32)
-        self.sigma = 2 * _SIGMA_LOW
+        self.sigma = _SIGMA_START
         self.misplacement = 0.0
 
     @property
@@ -84,6 +75,13 @@ class BackgroundModel:
     def mean(self) -> NDArray[np.float32]:
         """Return the mean of each pixel, (h, w, 3) float32, zero where it is unknown."""
         return self.sums[..., :3] / np.maximum(self.sums[..., 3:], np.float32(1e-6))
+
+    def part(self, window: Window) -> tuple[NDArray[np.float32], int, int]:
+        """Return contiguous sums that hold a window, and the row and column it begins in."""
+        rows, columns = window
+        if rows.step is None and columns.step is None:
+            return self.sums, rows.start, columns.start
+        return np.ascontiguousarray(self.sums[window]), 0, 0
 
     def contradicted(
         self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
@@ -113,21 +111,22 @@ class BackgroundModel:
     ) -> NDArray[np.float32]:
         """Return the evidence however often pixels were seen, if they are known at all."""
         out = np.empty(lab.shape[:2], np.float32)
-        _weigh(np.ascontiguousarray(self.sums[window]), lab, self.sigma, shadow_floor, out)
+        sums, top, left = self.part(window)
+        _weigh(sums, lab, top, left, self.sigma, shadow_floor, out)
         return out
 
     def agreement(
         self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
-    ) -> float:
-        """Return the share of what is sure to be there that a frame shows, 1 if few tell."""
+    ) -> float | None:
+        """Return the share of what is sure to be there that a frame shows, None if few tell."""
         total = other = 0
         for window in windows:
-            every = _sampled(window)
+            every = _every(window, _SAMPLE_STEP)
             free = person[every] == 0
             strange = self.contradicted(np.ascontiguousarray(lab[every]), every, 1.0)
             total += np.count_nonzero(self.is_sure(every) & free)
             other += np.count_nonzero(strange & free)
-        return 1 - other / total if total >= LEAST_SAMPLES else 1.0
+        return 1 - other / total if total >= _LEAST_SAMPLES else None
 
     def is_sure(self, window: Window) -> NDArray[np.bool_]:
         """Return which pixels of a window were seen often enough to be sure, (h, w)."""
@@ -162,24 +161,32 @@ class BackgroundModel:
 
     def resized(self, shape: tuple[int, int]) -> BackgroundModel:
         """Return the model for a working image of another (h, w)."""
-        other = copy.copy(self)
-        way = cv2.INTER_AREA if shape[0] < self.sums.shape[0] else cv2.INTER_LINEAR
+        other = BackgroundModel((0, 0))
+        smaller = shape[0] < self.sums.shape[0]
+        way = cv2.INTER_AREA if smaller else cv2.INTER_LINEAR
         other.sums = np.asarray(cv2.resize(self.sums, shape[::-1], interpolation=way))
+        other.sigma, other.misplacement = self.sigma, self.misplacement
         return other
 
     def moved(
-        self, motion: WorldMotion, windows: Sequence[Window] | None = None
+        self, steps: Sequence[WorldMotion], windows: Sequence[Window] | None = None
     ) -> BackgroundModel:
-        """Return the model as it looks after a motion of the world; this one if it stays."""
-        if motion.camera is None:
+        """
+        Return the model as it looks after some motions of the world; this one if it stays.
+
+        :param steps: from each frame to the next, oldest first.
+        """
+        moves = sum(step.camera is not None for step in steps)
+        if moves == 0:
             return self
-        other = copy.copy(self)
-        other.sums = np.zeros_like(self.sums)
+        other = BackgroundModel(self.sums.shape[:2])
+        other.sigma, other.misplacement = self.sigma, self.misplacement
+        motion, decay = WorldMotion.over(steps), np.float32(_WARP_DECAY**moves)
         for window in self._all if windows is None else windows:
             # Linear interpolation, frame after frame, would take the contrast out of fine stripes,
             # which then differ from every new frame.
             part = motion.warped(self.sums, window, cv2.BORDER_CONSTANT, cv2.INTER_CUBIC)
-            np.maximum(part, 0, out=other.sums[window])
+            np.multiply(np.maximum(part, 0, out=part), decay, out=other.sums[window])
         return other
 
     @property
@@ -193,67 +200,74 @@ class BackgroundModel:
         windows: Sequence[Window] | None = None,
     ) -> None:
         """Take in what a frame shows beside the person."""
-        for rows, columns in self._all if windows is None else windows:
-            bounds = rows.start, rows.stop, columns.start, columns.stop
-            _update_sums(self.sums, lab, person, *bounds)
+        for part in self._all if windows is None else windows:
+            _update_sums(self.sums, lab, person, *_bounds(part))
 
     def measure_noise(
         self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
     ) -> None:
-        """Update ``sigma`` by a frame that is not learnt yet."""
-        parts = [np.empty(0, np.float32)]
-        for window in windows:
-            every = _sampled(window)
-            mean = self._known(every)
-            use = (person[every] == 0) & (mean[..., 0] >= 0)
-            parts.append(np.abs(lab[every][use] - mean[use]).ravel())
-        residuals = np.concatenate(parts)
-        if len(residuals) >= 3 * LEAST_SAMPLES:
+        """Update ``sigma`` and ``misplacement`` by a frame that is not learnt yet."""
+        residuals, places = self._residuals(lab, person, windows)
+        misplaced = _misplaced(places)
+        if len(residuals):
             spread = 1.2 * _OF_MEDIAN * float(median(residuals)) + 1.5
             self.sigma = min(max(0.9 * self.sigma + 0.1 * spread, _SIGMA_LOW), _SIGMA_HIGH)
+        if misplaced is not None:
+            self.misplacement += _PLACE_RATE * (misplaced - self.misplacement)
 
-    def measure_misplacement(
+    def notice_jolt(
         self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
     ) -> None:
         """
-        Set ``misplacement`` to what a frame shows that is about to be judged, if enough tells.
+        Raise ``misplacement`` to what a frame shows that is about to be judged.
 
         A camera that is knocked, or a film between whose frames something is missing, is off by
-        more for one frame, in which all edges would be the person's.
+        more than in the frames before for one frame, in which all edges would be the person's.
         """
-        parts = [np.empty(0, np.float32)]
+        misplaced = _misplaced(self._residuals(lab, person, windows)[1])
+        if misplaced is not None and misplaced > self.misplacement + _JOLT:
+            self.misplacement = misplaced
+
+    def _residuals(
+        self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Return by how many grey levels and pixels parts of a frame are off, none if few tell."""
+        size = sum(self.sums[_every(window, _SAMPLE_STEP)].size for window in windows)
+        residuals, places = np.empty(size, np.float32), np.empty(size, np.float32)
+        found = steeps = 0
         for window in windows:
-            mean, above, below, before, after = (
-                self._known(_sampled(window, down, across))[..., 0]
-                for down, across in ((0, 0), (-1, 0), (1, 0), (0, -1), (0, 1))
+            more, steeper = _sample_residuals(
+                self.sums,
+                lab,
+                person,
+                *_bounds(window),
+                _STEEP * self.sigma,
+                residuals[found:],
+                places[steeps:],
             )
-            slope, every = np.hypot(below - above, after - before) / 2, _sampled(window)
-            steep = (slope >= _STEEP * self.sigma) & (person[every] == 0) & (mean >= 0)
-            parts.append(np.abs(lab[every][steep, 0] - mean[steep]) / slope[steep])
-        places = np.concatenate(parts)
-        if len(places) >= LEAST_SAMPLES:
-            misplaced = _OF_MEDIAN * float(median(places))
-            misplaced = max(misplaced**2 - _NOISE_PLACE**2, 0.0) ** 0.5
-            # A jolt counts at once, what drifts in the mean of some frames.
-            jolt = misplaced > self.misplacement + _PLACE
-            share = 1.0 if jolt else _PLACE
-            self.misplacement += share * (misplaced - self.misplacement)
-
-    def _known(self, part: Window) -> NDArray[np.float32]:
-        """Return the mean of some pixels, (h, w, 3) float32, NaN where it is not known."""
-        sums = self.sums[part]
-        mean = np.asarray(sums[..., :3] / np.maximum(sums[..., 3:], np.float32(1)), np.float32)
-        mean[sums[..., 3] < 1] = np.nan
-        return mean
+            found, steeps = found + more, steeps + steeper
+        enough = found >= 3 * _LEAST_SAMPLES
+        return residuals[: enough * found], places[: enough * steeps]
 
 
-def _sampled(window: Window, down: int = 0, across: int = 0) -> Window:
-    """Return some of the inner pixels of a window, or those so many rows and columns away."""
+def _misplaced(places: NDArray[np.float32]) -> float | None:
+    """Return by how many pixels a frame is off, of which parts are, None if few tell."""
+    if len(places) < _LEAST_SAMPLES:
+        return None
+    misplaced = _OF_MEDIAN * float(median(places))
+    return max(misplaced**2 - _NOISE_PLACE**2, 0.0) ** 0.5
+
+
+def _every(window: Window, step: int) -> Window:
+    """Return some of the rows and columns of a window."""
     rows, columns = window
-    return (
-        slice(rows.start + 1 + down, max(rows.stop - 1 + down, 0), _SAMPLE_STEP),
-        slice(columns.start + 1 + across, max(columns.stop - 1 + across, 0), _SAMPLE_STEP),
-    )
+    return slice(rows.start, rows.stop, step), slice(columns.start, columns.stop, step)
+
+
+def _bounds(window: Window) -> tuple[int, int, int, int]:
+    """Return the first row and the one after the last, and the same of the columns."""
+    rows, columns = window
+    return rows.start, rows.stop, columns.start, columns.stop
 
 
 @kernel('f4[:,:,::1], u1[:,:,::1], u1[:,::1], i8, i8, i8, i8', fastmath=True, error_model='numpy')
@@ -267,32 +281,87 @@ def _update_sums(
     right: int,
 ) -> None:
     """Take in the pixels of a window; by lines, so that the distances in memory are known."""
-    zero, one, most = np.float32(0), np.float32(1), np.float32(_MOST_COUNT)
+    decay, zero, one = np.float32(_HIDDEN_DECAY), np.float32(0), np.float32(1)
+    rate, most = np.float32(_LEAST_RATE), np.float32(1 / _LEAST_RATE)
+    few = np.float32(1 / _LEAST_RATE - 1)
     for row in range(top, bottom):
         line = sums[row].reshape(-1)[4 * left : 4 * right]
         pixels = lab[row].reshape(-1)[3 * left : 3 * right]
         hidden = person[row, left:right]
         for col in range(hidden.size):
-            weight = one if hidden[col] == 0 else zero
-            count = line[4 * col + 3] + weight
-            keep = most / max(count, most)
+            count = line[4 * col + 3]
+            slow = count > few
+            after = min(count + one, most)
+            keep = (one - rate) * after / max(count, few) if slow else one
+            gain = rate * after if slow else one
+            if hidden[col] != 0:
+                keep, gain = decay, zero
             for channel in range(3):
                 place = 4 * col + channel
-                seen = weight * np.float32(pixels[3 * col + channel])
-                line[place] = keep * (line[place] + seen)
-            line[4 * col + 3] = keep * count
+                line[place] = keep * line[place] + gain * np.float32(pixels[3 * col + channel])
+            line[4 * col + 3] = keep * count + gain
 
 
-@kernel('f4[:,:,::1], u1[:,:,::1], f8, f8, f4[:,::1]', fastmath=True, error_model='numpy')
+@kernel(
+    'f4[:,:,::1], u1[:,:,::1], u1[:,::1], i8, i8, i8, i8, f8, f4[::1], f4[::1]',
+    error_model='numpy',
+)
+def _sample_residuals(
+    sums: NDArray[np.float32],
+    lab: NDArray[np.uint8],
+    person: NDArray[np.uint8],
+    top: int,
+    bottom: int,
+    left: int,
+    right: int,
+    steep: float,
+    residuals: NDArray[np.float32],
+    places: NDArray[np.float32],
+) -> tuple[int, int]:
+    """
+    Put residuals of known pixels one after the other, and those of lightness over its slope.
+
+    Without branches: what does not count is written over by what comes next.
+
+    :param steep: least slope per pixel that counts.
+    :returns: how many there are of each.
+    """
+    found = steeps = 0
+    one, least = np.float32(1), np.float32(steep * steep)
+    for row in range(top, bottom, _SAMPLE_STEP):
+        above, below = max(row - 1, top), min(row + 1, bottom - 1)
+        for col in range(left, right, _SAMPLE_STEP):
+            before, after = max(col - 1, left), min(col + 1, right - 1)
+            count = sums[row, col, 3]
+            for channel in range(3):
+                mean = sums[row, col, channel] / count
+                residuals[found + channel] = abs(np.float32(lab[row, col, channel]) - mean)
+            up, low = sums[above, col, 3], sums[below, col, 3]
+            near, far = sums[row, before, 3], sums[row, after, 3]
+            down = (sums[below, col, 0] / low - sums[above, col, 0] / up) / 2
+            across = (sums[row, after, 0] / far - sums[row, before, 0] / near) / 2
+            square = np.float32(down * down + across * across)
+            places[steeps] = residuals[found] / np.sqrt(square)
+            known = (person[row, col] == 0) & (count >= one)
+            inner = (above < row) & (row < below) & (before < col) & (col < after)
+            found += 3 * known
+            around = min(min(up, low), min(near, far)) >= one
+            steeps += known & inner & around & (square >= least)
+    return found, steeps
+
+
+@kernel('f4[:,:,::1], u1[:,:,::1], i8, i8, f8, f8, f4[:,::1]', fastmath=True, error_model='numpy')
 def _weigh(
     sums: NDArray[np.float32],
     lab: NDArray[np.uint8],
+    top: int,
+    left: int,
     sigma: float,
     shadow_floor: float,
     out: NDArray[np.float32],
 ) -> None:
     """
-    Fill in log-odds that pixels are not the background, see :meth:`.evidence`.
+    Fill in log-odds that pixels are not the background, from a pixel of ``sums`` on.
 
     Without branches, so that many pixels are done at once.
     """
@@ -303,7 +372,8 @@ def _weigh(
     scale, floor = np.float32(1 / (2 * sigma * sigma)), np.float32(shadow_floor)
     steepness, middle = np.float32(1 / max(1 - shadow_floor, 1e-6)), np.float32(128)
     for row in range(out.shape[0]):
-        line, pixels, result = sums[row].reshape(-1), lab[row].reshape(-1), out[row]
+        line = sums[top + row].reshape(-1)[4 * left : 4 * (left + out.shape[1])]
+        pixels, result = lab[row].reshape(-1), out[row]
         for col in range(result.size):
             count = line[4 * col + 3]
             share = one / max(count, sure)

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-Motion of the world, as the camera moves, and of bodies, from sparse optical flow.
+Motion of the camera and of the body between two frames, from sparse optical flow.
 
 Points are followed by the pyramidal Lucas-Kanade method: corners away from people give the
 camera's motion as a robust homography, points on the person the body's shift.
@@ -9,9 +9,7 @@ camera's motion as a robust homography, points on the person the body's shift.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import TypeVar
+import math
 
 import cv2
 import numpy as np
@@ -19,15 +17,19 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import Window, bounding_box, median
 from gait_segmentation.scene.working import Pyramid
+from gait_segmentation.scene.world_motion import WorldMotion
 
 _MOST_OF_WORLD, _ON_BODY = 128, 32
 """Corners that are sought of the world, and about how many points of a body are followed."""
 
-_LEAST_POINTS = 8
-"""Points that are needed to tell the motion of a world or a body."""
+_LEAST_OF_BODY = 6
+"""Fewer that were found again on a body do not tell its shift."""
 
-_WORLD_APART = 8
-"""Least distance between two corners of the world, in pixels of half the size."""
+_WORLD_APART, _BODY_APART = 8, 3
+"""
+Least distances between two corners of the world, in pixels of half the size, and between two
+points of a body.
+"""
 
 _LEAST_STRENGTH = 2e-4
 """
@@ -38,11 +40,17 @@ reaches it.  On the body points of a grid are followed, corners or not: their me
 _FOLLOWED = 8
 """Frames for which corners of the world are followed before new ones are sought."""
 
+_LEAST_FOLLOWED = 40
+"""Fewer corners of the world than this are replaced at once."""
+
 _ASTRAY_PX = 1.0
 """
 How far off a point of a body may end when it is followed back: the window about a point of a small
 body is larger than the body, and follows what is behind it.
 """
+
+_QUALITY = 0.01
+"""Least strength of a corner, as a share of the strongest."""
 
 _SIDE = 11
 """Side of the window about a point that is compared, in pixels."""
@@ -50,8 +58,9 @@ _SIDE = 11
 _UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 10, 0.02)
 """Steps, and the length of a step (pixels) that is the last."""
 
+_LEAST_POINTS = 8
 _STILL_PX = 0.2
-"""Median shift up to which points stand still."""
+"""Points that are needed, and the median shift up to which they stand still."""
 
 _REACH_PX = 0.5
 """How far off a point may be that still counts: little, or slow walkers pull the world along."""
@@ -59,96 +68,18 @@ _REACH_PX = 0.5
 _MOST_SAMPLES = 100
 """Pairs of points tried."""
 
+_MOST_TURN, _MOST_ZOOM = 0.2, 1.2
+"""Largest rotation (radians) and zoom from frame to frame that are believed."""
+
 _LEAST_AGREEING = 1 / 3
 """Share of the corners that must agree on the camera's motion; else it counts as unknown."""
 
-_STILL = np.eye(3)
-
-_Pixel = TypeVar('_Pixel', np.uint8, np.float32)
-
 _LEVELS_WORLD, _LEVELS_BODY = range(1, 5), range(3)
-
-_AWAY = np.ones((9, 9), np.uint8)
-"""How far corners of the world are away from people, in pixels of half the size."""
+_AWAY = 4
+"""Pixels of half the size that corners of the world are away from people."""
 
 _INNER = np.ones((5, 5), np.uint8)
 """What is at the outline belongs to the surroundings as much as to the body."""
-
-
-@dataclass(frozen=True)
-class WorldMotion:
-    """
-    How the still world moved from an earlier frame to a later one, in working pixels.
-
-    ``camera`` is the 3 x 3 homography of its positions, None when it did not move.
-    """
-
-    camera: NDArray[np.float64] | None = None
-
-    @classmethod
-    def over(cls, steps: Iterable[WorldMotion]) -> WorldMotion:
-        """
-        Return the motion over several frames.
-
-        :param steps: from each frame to the next, oldest first.
-        """
-        total = None
-        for step in steps:
-            if step.camera is not None:
-                total = step.camera if total is None else step.camera @ total
-        return cls(total)
-
-    def carry(self, x: float, y: float) -> tuple[float, float]:
-        """Return where a position of the world moved to."""
-        if self.camera is None:
-            return x, y
-        # In plain numbers, which is faster.
-        (a, b, c), (d, e, f), (g, h, i) = self.camera.tolist()
-        depth = g * x + h * y + i
-        return (a * x + b * y + c) / depth, (d * x + e * y + f) / depth
-
-    def inverse(self) -> WorldMotion:
-        """Return how the world moved from the later frame to the earlier one."""
-        return self if self.camera is None else WorldMotion(np.asarray(np.linalg.inv(self.camera)))
-
-    def scaled(self, across: float, down: float) -> WorldMotion:
-        """Return it in the pixels of an image so many times as wide and as high."""
-        if self.camera is None:
-            return self
-        scale = np.array([across, down, 1.0])
-        return WorldMotion(scale[:, None] * self.camera / scale)
-
-    def warped(
-        self,
-        image: NDArray[_Pixel],
-        window: Window,
-        border: int = cv2.BORDER_REPLICATE,
-        interpolation: int = cv2.INTER_LINEAR,
-    ) -> NDArray[_Pixel]:
-        """
-        Return a window of an image of the earlier frame as it looks in the later one.
-
-        :param image: (H, W) or (H, W, C) uint8 or float32.
-        :param window: the rows and columns to compute.
-        :param border: what lies outside of the image, a ``cv2.BORDER_`` constant.
-        :param interpolation: a ``cv2.INTER_`` constant.
-        """
-        camera = _STILL if self.camera is None else self.camera
-        rows, columns = window
-        inside = rows.stop <= image.shape[0] and columns.stop <= image.shape[1]
-        if inside and (camera == _STILL).all():
-            return image[window].copy()
-        size = (columns.stop - columns.start, rows.stop - rows.start)
-        if min(size) <= 0:
-            # OpenCV would take the image's size.
-            return np.empty((max(size[1], 0), max(size[0], 0), *image.shape[2:]), image.dtype)
-        # From positions to indices of pixels, whose centres are half a pixel on.
-        left, top = columns.start + 0.5, rows.start + 0.5
-        matrix = np.array([[1, 0, -left], [0, 1, -top], [0, 0, 1]]) @ camera
-        matrix = matrix @ [[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]]
-        return np.asarray(
-            cv2.warpPerspective(image, matrix, size, flags=interpolation, borderMode=border)
-        )
 
 
 class MotionEstimator:
@@ -161,6 +92,10 @@ class MotionEstimator:
 
     def __init__(self) -> None:
         """Start without a last frame."""
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the last frame."""
         self._last: Pyramid | None = None
         self._now: Pyramid | None = None
         self._corners = np.empty((0, 2), np.float32)
@@ -168,11 +103,30 @@ class MotionEstimator:
 
         self._age = 0
 
-    def update(self, frame: Pyramid) -> None:
-        """Take in the brightness of a frame, from which on motion is told if it shows anything."""
-        self._last, self._now = (None, self._now) if frame.is_blank else (self._now, frame)
-        if self._last is not None and self._last.shape != frame.shape:
+    def update(
+        self,
+        frame: Pyramid,
+        people: NDArray[np.uint8] | None,
+        *,
+        camera: bool = True,
+    ) -> WorldMotion:
+        """
+        Measure the motion since the last frame in which anything can be seen.
+
+        :param frame: the brightness of this frame, (h, w) at full size.
+        :param people: (h, w) uint8 of the last frame, non-zero where people may be; corners of
+            the still world are taken elsewhere.
+        :param camera: whether to estimate the motion of the camera.
+        """
+        if frame.is_blank:
             self._last = None
+            return WorldMotion()
+        self._last, self._now = self._now, frame
+        if self._last is None or self._last.shape != frame.shape:
+            self._last = None
+            self._corners = self._corners[:0]
+            return WorldMotion()
+        return WorldMotion(self._follow_world(self._last, frame, people) if camera else None)
 
     def leave_out(self) -> None:
         """Take the newest frame for one in which nothing can be seen."""
@@ -195,43 +149,38 @@ class MotionEstimator:
         :param velocity: shift against the still world that is expected; fast bodies are
             followed from there.
         """
-        first, start, width, height = bounding_box(body)
-        if self._last is None or self._now is None or width == 0:
+        if self._last is None or self._now is None:
             return None
+        first, start, width, height = bounding_box(body)
+        if width == 0:
+            return None
+        body = body[start : start + height, first : first + width]
         left, top = corner[1] + first, corner[0] + start
         x, y = left + width / 2, top + height / 2
         stays_x, stays_y = motion.carry(x, y)
         expected = (stays_x - x + velocity[0], stays_y - y + velocity[1])
-        inner = cv2.erode(body[start : start + height, first : first + width], _INNER)
-        apart = max(round((np.count_nonzero(inner) / _ON_BODY) ** 0.5), 1)
+        inner = cv2.erode(body, _INNER)
+        apart = max(round((np.count_nonzero(inner) / _ON_BODY) ** 0.5), _BODY_APART)
         rows, columns = np.nonzero(inner[apart // 2 :: apart, apart // 2 :: apart])
         points = apart * np.column_stack([columns, rows]) + (left + apart // 2, top + apart // 2)
         points = points.astype(np.float32) + np.float32(0.5)
         before, after = followed(
             self._last, self._now, points, _LEVELS_BODY, expected, astray=_ASTRAY_PX
         )
-        if len(before) < _LEAST_POINTS:
+        if len(before) < _LEAST_OF_BODY:
             return None
         x, y = median(after - before).tolist()
         return x, y
 
-    def world_motion(self, people: NDArray[np.uint8]) -> WorldMotion:
-        """
-        Return the motion between the last two frames in which anything can be seen.
-
-        :param people: (h, w) uint8 of the first one, non-zero where people may be; corners of the
-            still world are taken elsewhere.
-        """
-        last, now = self._last, self._now
-        if last is None or now is None:
-            self._corners = self._corners[:0]
-            return WorldMotion()
+    def _follow_world(
+        self, last: Pyramid, now: Pyramid, people: NDArray[np.uint8] | None
+    ) -> NDArray[np.float64] | None:
+        """Return the camera's motion."""
         half = last.image(_LEVELS_WORLD.start)
-        free = people[: 2 * half.shape[0] : 2, : 2 * half.shape[1] : 2] == 0
-        where = cv2.erode(free.view(np.uint8), _AWAY)
+        where = _away_from(people, half.shape)
         columns, rows = (self._corners / 2).astype(int).T
         points = self._corners[where[rows, columns] > 0]
-        if self._age >= _FOLLOWED or len(points) < _LEAST_POINTS:
+        if self._age >= _FOLLOWED or len(points) < _LEAST_FOLLOWED:
             points = 2 * _corners_of(half, where)
             self._age = 0
         self._age += 1
@@ -239,14 +188,22 @@ class MotionEstimator:
         # Only inside of what is left of the image at half the size.
         limit = np.array([2 * (size // 2) for size in now.shape[::-1]], np.float32)
         self._corners = after[((after >= 0) & (after < limit)).all(axis=1)]
-        return WorldMotion(camera_motion(before, after))
+        return camera_motion(before, after)
+
+
+def _away_from(people: NDArray[np.uint8] | None, shape: tuple[int, ...]) -> NDArray[np.uint8]:
+    """Return, at half the size, what is not 0 away from people."""
+    if people is None:
+        return np.ones(shape, np.uint8)
+    free = people[: 2 * shape[0] : 2, : 2 * shape[1] : 2] == 0
+    side = 2 * _AWAY + 1
+    return cv2.erode(free.view(np.uint8), np.ones((side, side), np.uint8))
 
 
 def _corners_of(gray: NDArray[np.uint8], where: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Return the strongest corners by Shi and Tomasi, (n, 2) float32, positions (x, y)."""
-    # Strong enough is what is strong by itself, not next to the strongest.
     corners, strength = cv2.goodFeaturesToTrackWithQuality(
-        gray, _MOST_OF_WORLD, 1e-6, _WORLD_APART, where
+        gray, _MOST_OF_WORLD, _QUALITY, _WORLD_APART, where
     )
     if corners is None:
         return np.empty((0, 2), np.float32)
@@ -262,7 +219,7 @@ def followed(
     levels: range,
     expected: tuple[float, float] = (0.0, 0.0),
     *,
-    astray: float | None = None,
+    astray: float = math.inf,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """
     Follow points by the pyramidal method of Lucas and Kanade.
@@ -272,16 +229,16 @@ def followed(
     :param levels: of the pyramids to use, the largest image first.
     :param expected: shift (x, y) in pixels about which they are sought.
     :param astray: distance in pixels from where a point began that it may end at when it is
-        followed back; None: this is not tried (Kalal, Mikolajczyk and Matas, ICPR 2010).
+        followed back; by default this is not tried (Kalal, Mikolajczyk and Matas, ICPR 2010).
     :returns: where those that were found were and are now, (m, 2) float32 each.
     """
+    if len(points) == 0:
+        return points, points
     after, found = _follow(last, now, points, levels, expected)
-    before, after = points[found], after[found]
-    if astray is not None:
-        again, found = _follow(now, last, after, levels, (-expected[0], -expected[1]))
-        found &= np.hypot(*(again - before).T) < astray
-        before, after = before[found], after[found]
-    return before, after
+    if math.isfinite(astray):
+        again, back = _follow(now, last, after, levels, (-expected[0], -expected[1]))
+        found &= back & (np.hypot(*(again - points).T) < astray)
+    return points[found], after[found]
 
 
 def _follow(
@@ -292,22 +249,14 @@ def _follow(
     expected: tuple[float, float],
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     """Return where points are now, (n, 2) float32, and (n,) bool, whether that is known."""
-    if len(points) == 0:
-        return points, np.zeros(0, np.bool_)
     scale, levels_up = np.float32(0.5**levels.start), len(levels) - 1
     before = scale * points - np.float32(0.5)
     after = before + scale * np.array(expected, np.float32)
-    image, later = (frame.image(levels.start) for frame in (last, now))
-    # Only the part of the images that the points need.
-    size, margin = np.array(image.shape[::-1]), _SIDE << levels_up
-    low = np.minimum(before, after).min(axis=0) - margin
-    high = np.maximum(before, after).max(axis=0) + margin
-    low = np.clip(low, 0, size - 1).astype(int)
-    high = np.clip(high, low + 1, size).astype(int)
-    window, corner = np.s_[low[1] : high[1], low[0] : high[0]], low.astype(np.float32)
+    image = last.image(levels.start)
+    window, corner = _about(before, after, _SIDE << levels_up, image.shape)
     moved, found, _ = cv2.calcOpticalFlowPyrLK(
         image[window],
-        later[window],
+        now.image(levels.start)[window],
         before - corner,
         after - corner,
         winSize=(_SIDE, _SIDE),
@@ -316,6 +265,25 @@ def _follow(
         flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
     )
     return np.asarray((moved + corner + np.float32(0.5)) / scale), found.ravel() > 0
+
+
+def _about(
+    before: NDArray[np.float32], after: NDArray[np.float32], margin: int, shape: tuple[int, ...]
+) -> tuple[Window, NDArray[np.float32]]:
+    """Return the part of an image of a shape that points need, and its first column and row."""
+    both = np.concatenate([before, after])
+    low, high = np.fmin.reduce(both).tolist(), np.fmax.reduce(both).tolist()
+    columns, rows = (
+        _stretch(first - margin, last + margin, size)
+        for first, last, size in zip(low, high, shape[::-1], strict=True)
+    )
+    return (rows, columns), np.array([columns.start, rows.start], np.float32)
+
+
+def _stretch(first: float, last: float, size: int) -> slice:
+    """Return what of a size lies between two places, at least one pixel, also if they are NaN."""
+    start = int(min(max(0.0, first), size - 1))
+    return slice(start, int(min(max(start + 1, last), size)))
 
 
 def camera_motion(
@@ -329,11 +297,29 @@ def camera_motion(
     :param before, after: (n, 2) float32, positions (x, y) of the same points in two frames.
     :returns: 3 x 3 homography of positions.
     """
-    if len(before) < _LEAST_POINTS or median(np.hypot(*(after - before).T)) < _STILL_PX:
+    if len(before) < _LEAST_POINTS:
+        return None
+    shift = np.hypot(*(after - before).T)
+    if np.partition(shift, len(shift) // 2)[len(shift) // 2] < _STILL_PX:
         return None
     # OpenCV draws the same samples in every call.
     motion, agrees = cv2.findHomography(
         before, after, cv2.USAC_FAST, _REACH_PX, maxIters=_MOST_SAMPLES
     )
     least = max(_LEAST_POINTS, _LEAST_AGREEING * len(before))
-    return None if motion is None or np.count_nonzero(agrees) < least else np.asarray(motion)
+    if motion is None or np.count_nonzero(agrees) < least or not _is_plausible(motion, before):
+        return None
+    return np.asarray(motion)
+
+
+def _is_plausible(motion: NDArray[np.float64], points: NDArray[np.float32]) -> bool:
+    """Tell whether a camera can have moved like this, by the sides of the points' box."""
+    (left, top), (right, bottom) = points.min(axis=0), points.max(axis=0)
+    rim = np.array([[(left, top), (right, top), (right, bottom), (left, bottom)]], np.float64)
+    now = cv2.perspectiveTransform(rim, motion)
+    before, after = (np.roll(each[0], -1, axis=0) - each[0] for each in (rim, now))
+    change = (after @ (1, 1j)) / (before @ (1, 1j))
+    zoom, turn = np.abs(change), np.abs(np.angle(change))
+    return bool(
+        (turn < _MOST_TURN).all() and (zoom > 1 / _MOST_ZOOM).all() and (zoom < _MOST_ZOOM).all()
+    )

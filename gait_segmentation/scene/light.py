@@ -21,19 +21,27 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import median, shrink
-from gait_segmentation.scene.background import LEAST_SAMPLES, BackgroundModel
-from gait_segmentation.scene.ego_motion import WorldMotion
-from gait_segmentation.scene.working import CELL_LEVEL, LEAST_RANGE, are_alike
+from gait_segmentation.images import median
+from gait_segmentation.scene.background import BackgroundModel
+from gait_segmentation.scene.world_motion import WorldMotion
 
-_CELL = 2**CELL_LEVEL
-"""Pixels across the cells that are compared."""
+LEAST_RANGE = 8
+"""Grey levels between the darkest and the brightest cell below which nothing can be seen."""
+
+_CELL = 8
+"""Pixels across the cells that are compared, in which noise and small motions count little."""
 
 _DARKEST = 12
 """Levels from black or white within which a cell may be clipped."""
 
+_LEAST_CELLS = 50
+"""Cells that tell the light; fewer may be one surface, which somebody hides."""
+
 _AGREE, _ALIKE = 0.6, 0.15
 """Share of the cells that must have changed by the same factor, give or take this (as a log)."""
+
+_CORRELATION = 0.3
+"""Least correlation of the levels of cells that show the same place, even through bands."""
 
 _UNNOTICED = 0.02
 """Change (as a log) that is left to the models: two levels of 100, as the noise they allow."""
@@ -94,19 +102,15 @@ class Light:
         :param image: (h, w, 3) uint8 BGR.
         :param gray: whether its channels are all the same.
         """
-        shape = max(image.shape[0] // _CELL, 1), max(image.shape[1] // _CELL, 1)
-        cells = shrink(image, shape)
+        rows, columns = (max(size // _CELL, 1) for size in image.shape[:2])
+        part = image[: rows * _CELL, : columns * _CELL]
+        cells = np.asarray(cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA))
         self._now = None
-        if np.ptp(cells @ _GRAY) < LEAST_RANGE:
-            return
-        self._coloured |= not gray
-        self.faded = gray and self._coloured
-        if self._known.sums.shape[:2] != shape:
-            known = self._known
-            self._known = known.resized(shape) if known.sums.size else BackgroundModel(shape)
-            self._people = np.zeros(shape, np.bool_)
-        self._measure(cells)
-        self._now = self.undone(cells)
+        if np.ptp(cells @ _GRAY) >= LEAST_RANGE:
+            self._coloured |= not gray
+            self.faded = gray and self._coloured
+            self._measure(cells)
+            self._now = self.undone(cells)
 
     def follow(self, motion: WorldMotion, people: NDArray[np.uint8]) -> None:
         """
@@ -119,7 +123,7 @@ class Light:
             return
         now, self._now = self._now, None
         if motion.camera is not None:
-            self._known = self._known.moved(motion.scaled(1 / _CELL, 1 / _CELL))
+            self._known = self._known.moved([motion.scaled(1 / _CELL, 1 / _CELL)])
         hidden = (people > 0).view(np.uint8) * 255
         hidden = np.asarray(cv2.resize(hidden, now.shape[1::-1], interpolation=cv2.INTER_AREA))
         self._people = hidden > 0
@@ -134,7 +138,11 @@ class Light:
 
     def _measure(self, cells: NDArray[np.uint8]) -> None:
         """Measure the light of a frame, (h, w, 3) uint8."""
-        self.wave = None
+        self.wave, shape = None, (cells.shape[0], cells.shape[1])
+        if self._known.sums.shape[:2] != shape:
+            known = self._known
+            self._known = known.resized(shape) if known.sums.size else BackgroundModel(shape)
+            self._people = np.zeros(shape, np.bool_)
         mean, now = self._known.mean, cells.astype(np.float32)
         bright, bright_now = mean @ _GRAY, now @ _GRAY
         if self.faded:
@@ -142,19 +150,21 @@ class Light:
             self._logs[:] = self._logs @ _GRAY
         self._strange = _visible(bright) & _visible(bright_now)
         use = self._strange & ~self._people
-        if np.count_nonzero(use) < LEAST_SAMPLES:
+        if np.count_nonzero(use) < _LEAST_CELLS:
             return
-        if not are_alike(bright[use][None], bright_now[use][None]):
+        pair = bright[use][None], bright_now[use][None]
+        if cv2.matchTemplate(*pair, cv2.TM_CCOEFF_NORMED)[0, 0] < _CORRELATION:
             return
         shade, logs = _log_ratios(bright, bright_now), _log_ratios(mean, now)
+        # Against the brightness, as what is not quite in place changes both.
+        tints = logs - shade[..., None]
         self.wave = _wave_in(shade, use) if self.flickers else None
         if self.wave is not None:
-            along = _along(self.wave, len(cells))[:, None]
-            shade, logs = shade - along, logs - along[..., None]
+            shade -= _along(self.wave, shape[0])[:, None]
         near = use & (np.abs(shade - median(shade[use])) < _ALIKE)
         if np.count_nonzero(near) > _AGREE * np.count_nonzero(use):
             # Those that agree once more: what covers a part of the world is on one side of it.
-            total = median(logs[near])
+            total = median(shade[near]) + median(tints[near])
             if np.abs(total - self._logs).max() > _UNNOTICED:
                 # All of it, so that what is left out does not add up in what is remembered.
                 self._logs = total.astype(np.float32)
@@ -172,24 +182,37 @@ class Light:
         return np.asarray(cv2.multiply(image, every, dtype=cv2.CV_8U))
 
 
-def contrast_curve(image: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
-    """
-    Return the curve that spreads the levels of a picture, (256,) uint8, None if it needs none.
+class Contrast:
+    """Spreads the levels of a stream as its first picture needs it, so that models stay valid."""
 
-    What lies outside of the levels that count is squeezed, but stays apart: later pictures of the
-    stream may use it.
+    def __init__(self) -> None:
+        """Begin without having seen a picture."""
+        self._curve: NDArray[np.uint8] | None = None
+        self._known = False
 
-    :param image: (h, w, 3) uint8.
-    """
-    share = np.cumsum(np.bincount(image.reshape(-1), minlength=256)) / image.size
-    low, high = (int(level) for level in np.searchsorted(share, (_LEFT_OUT, 1 - _LEFT_OUT)))
-    wanted = min(_FULL, _MOST * (high - low))
-    if high - low >= wanted:
-        return None
-    # The rest is shared out as it was, so that black stays black and white stays white.
-    bottom = (255 - wanted) * low / (255 - high + low)
-    levels = np.interp(np.arange(256), (0, low, high, 255), (0, bottom, bottom + wanted, 255))
-    return np.round(levels).astype(np.uint8)
+    def curve_for(self, image: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
+        """
+        Return the curve that spreads the levels of a picture, (256,) uint8, None if it needs none.
+
+        What lies outside of the levels that count is squeezed, but stays apart: later pictures of
+        the stream may use it.
+
+        :param image: (h, w, 3) uint8; only the first one is looked at.
+        """
+        if self._known:
+            return self._curve
+        self._known = True
+        share = np.cumsum(np.bincount(image.reshape(-1), minlength=256)) / image.size
+        low, high = (int(level) for level in np.searchsorted(share, (_LEFT_OUT, 1 - _LEFT_OUT)))
+        span = high - low
+        wanted = min(_FULL, _MOST * span)
+        if span < wanted:
+            # The rest is shared out as it was, so that black stays black and white stays white.
+            bottom = (255 - wanted) * low / (255 - span)
+            ends = (0, bottom, bottom + wanted, 255)
+            levels = np.interp(np.arange(256), (0, low, high, 255), ends)
+            self._curve = np.round(levels).astype(np.uint8)
+        return self._curve
 
 
 def _visible(levels: _Floats) -> NDArray[np.bool_]:
@@ -206,18 +229,23 @@ def _wave_in(logs: _Floats, use: NDArray[np.bool_]) -> _Wave | None:
     """
     Return the wave in the logs of gains down the image, None if there is none.
 
-    What does not come in waves leaves as much that a wave does not tell as it tells.
+    Lamps flicker on the left as on the right, and in waves; what does not is something else: what
+    changes on one side only leaves as much that a wave does not tell as it tells.
 
     :param logs: (h, w), of the cells.
     :param use: (h, w), those that tell anything.
     """
-    told, values = use.any(axis=1), np.where(use, logs, np.float32(np.nan))[use.any(axis=1)]
-    # NaN comes last, so that the middle of what tells is in the middle of what comes before.
-    ordered, middle = np.sort(values, axis=1), np.count_nonzero(use[told], axis=1) // 2
-    values = ordered[np.arange(len(ordered)), middle].astype(np.float64)
-    if 2 * len(values) < len(logs) or np.std(values) < 2 * _UNNOTICED:
+    # A column in the middle is on both sides, so that none is empty.
+    middle = logs.shape[1] // 2
+    sides = (np.s_[:, : middle + 1], np.s_[:, middle:])
+    values = np.concatenate([_medians(logs[side], use[side]) for side in sides])
+    told = ~np.isnan(values)
+    if 2 * np.count_nonzero(told) < told.size:
         return None
-    places = (np.flatnonzero(told) + 0.5) / len(logs)
+    values = values[told].astype(np.float64)
+    if np.std(values) < 2 * _UNNOTICED:
+        return None
+    places = np.tile((np.arange(logs.shape[0]) + 0.5) / logs.shape[0], 2)[told]
     angles = 2 * math.pi * _PERIODS[:, None] * places
     bases = np.stack([np.ones_like(angles), np.cos(angles), np.sin(angles)], axis=2)
     # Of each period what is left of the values beside the plane of its basis.
@@ -226,6 +254,13 @@ def _wave_in(logs: _Floats, use: NDArray[np.bool_]) -> _Wave | None:
     rest = (float(values @ values) - float(within[best])) / len(values)
     _, cosine, sine = np.linalg.lstsq(bases[best], values, rcond=None)[0].tolist()
     return (float(_PERIODS[best]), cosine, sine) if (cosine**2 + sine**2) / 2 > rest else None
+
+
+def _medians(logs: _Floats, use: NDArray[np.bool_]) -> _Floats:
+    """Return the median of each row of (h, w), (h,), NaN where no cell tells."""
+    ordered = np.sort(np.where(use, logs, np.float32(np.nan)), axis=1)
+    middle = np.count_nonzero(use, axis=1, keepdims=True) // 2
+    return np.take_along_axis(ordered, middle, axis=1)[:, 0]
 
 
 def _along(wave: _Wave, height: int) -> _Floats:

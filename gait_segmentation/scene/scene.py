@@ -18,14 +18,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import is_gray
 from gait_segmentation.geometry import REACH, Box, body_window
 from gait_segmentation.heat_maps import HeatMap
-from gait_segmentation.images import Window, shrink
+from gait_segmentation.images import Window
 from gait_segmentation.scene.background import SURE_COUNT, BackgroundModel
-from gait_segmentation.scene.ego_motion import MotionEstimator, WorldMotion
-from gait_segmentation.scene.light import Light, contrast_curve
-from gait_segmentation.scene.working import Pyramid, WorkingImage, working_shape
+from gait_segmentation.scene.ego_motion import MotionEstimator
+from gait_segmentation.scene.light import Contrast, Light
+from gait_segmentation.scene.working import WorkingImage, working_shape
+from gait_segmentation.scene.world_motion import WorldMotion
 
 Shift = tuple[float, float]
 
@@ -33,13 +33,16 @@ MOST_KEPT = 16
 """Frames kept for masks that come late."""
 
 MOTION_GAP = 4
-"""Frames between the two that tell what moves."""
+"""Frames between the two that motion is seen by."""
 
 _LEAST_SHOWN = 0.1
 """Share of the known background below which a frame shows something else."""
 
-_SPREADS = 4.0
-"""Change that is motion, in spreads of a still pixel."""
+_GAP = 3
+"""Frames between the two that tell what moves and is not learnt."""
+
+_LEVEL, _SPREADS = 6.0, 2.0
+"""Change that is motion: grey levels, and spreads of a still pixel on top."""
 
 _FADE = 0.5
 """What is left of the count of a pixel that looks otherwise although nothing moves there."""
@@ -109,8 +112,9 @@ class View:
     @property
     def step_s(self) -> float:
         """Return the seconds between the last two frames, 0 at the first."""
-        stamps = [frame.image.stamp_ns for frame in list(self.frames)[-2:]]
-        return (stamps[-1] - stamps[0]) / 1e9
+        if len(self.frames) < 2:
+            return 0.0
+        return (self.frames[-1].image.stamp_ns - self.frames[-2].image.stamp_ns) / 1e9
 
     @property
     def is_late(self) -> bool:
@@ -129,31 +133,34 @@ class View:
                 return frame
         return None
 
-    def motion_since(self, earlier: Frame, later: Frame | None = None) -> WorldMotion:
-        """Return how the still world moved from a frame that is kept to another, or the newest."""
+    def motion_since(self, frame: Frame) -> WorldMotion:
+        """Return how the still world moved from a frame that is kept to the newest."""
         frames = list(self.frames)
-        end = None if later is None else frames.index(later) + 1
-        return WorldMotion.over(each.motion for each in frames[frames.index(earlier) + 1 : end])
+        return WorldMotion.over(each.motion for each in frames[frames.index(frame) + 1 :])
 
     def background_in(self, frame: Frame, window: Window) -> BackgroundModel:
         """Return the background as a window of an earlier frame should show it."""
-        return self.background.moved(self.motion_since(frame).inverse(), [window])
+        return self.background.moved([self.motion_since(frame).inverse()], [window])
 
-    def expect(self, image: WorkingImage, motion: WorldMotion) -> float:
-        """
-        Carry the background on to a frame, which :meth:`accept` then takes in.
-
-        :returns: the share of it that the frame shows, 1 if few pixels tell.
-        """
-        windows = windows_about(() if self.everywhere else self.areas, motion, self.shape)
-        background = self.background.moved(motion, windows)
-        self._expected = background, windows
-        if image.pyramid.is_blank or not windows:
-            return 1.0
+    def people(self) -> NDArray[np.uint8]:
+        """Return where people were in the last frame, (h, w) uint8, 1 there."""
         people = np.zeros(self.shape, np.uint8)
         for area in self.areas:
             people[area.slices(self.shape[1], self.shape[0])] = 1
-        return background.agreement(image.lab, people, windows)
+        return people
+
+    def expect(self, image: WorkingImage, motion: WorldMotion) -> float | None:
+        """
+        Carry the background on to a frame, which :meth:`accept` then takes in.
+
+        :returns: the share of it that the frame shows, None if few pixels tell.
+        """
+        windows = windows_about(() if self.everywhere else self.areas, motion, self.shape)
+        background = self.background.moved([motion], windows)
+        self._expected = background, windows
+        if image.pyramid.is_blank or not windows:
+            return None
+        return background.agreement(image.lab, self.people(), windows)
 
     def accept(
         self,
@@ -173,12 +180,14 @@ class View:
         background, windows = self._expected
         if not blank:
             self.background = background
-        frames = [*self.frames, Frame(image, motion, windows, blank)][-1 - MOTION_GAP :]
-        self.frames.append(frames[-1])
-        if heat is not None and heat.stamp_ns >= frames[0].image.stamp_ns:
-            self.now.heat = np.asarray(cv2.resize(heat.values, self.shape[::-1]))
+        self.frames.append(Frame(image, motion, windows, blank))
+        stamps = [each.image.stamp_ns for each in list(self.frames)[-1 - MOTION_GAP :]]
+        if heat is not None and heat.stamp_ns >= stamps[0]:
+            size = self.shape[::-1]
+            values = cv2.resize(heat.values, size, interpolation=cv2.INTER_LINEAR)
+            self.now.heat = np.asarray(values)
             # It is of the frame that is nearest to its stamp.
-            ages = [abs(each.image.stamp_ns - heat.stamp_ns) for each in frames]
+            ages = [abs(stamp_ns - heat.stamp_ns) for stamp_ns in stamps]
             self.now.heat_frames = len(ages) - 1 - ages.index(min(ages))
 
     def clear(self) -> None:
@@ -205,35 +214,41 @@ class View:
         frame.people = people
         if frame.blank:
             return
-        lab, windows, motion = frame.image.lab, frame.windows, self.motion_since(frame)
-        hidden = people | self._moving(frame) if gate else people
+        lab, hidden, motion = frame.image.lab, people, self.motion_since(frame)
+        windows = frame.windows
         if motion.camera is not None:
             # The mask came late: the frame is moved on to where the background is by now.
             windows = around = self.now.windows
-            earlier, free = lab, cv2.inRange(hidden, 0, 0)
-            lab, hidden = np.zeros_like(lab), np.ones_like(people)
-            for part in windows:
-                lab[part] = motion.warped(earlier, part)
-                shown = motion.warped(free, part, cv2.BORDER_CONSTANT)
-                hidden[part] = cv2.inRange(shown, 0, 254)
-        self.background.measure_noise(lab, hidden, around)
+            lab, people = _moved_on(frame, people, motion, windows)
+        self.background.measure_noise(lab, people, around)
+        if gate:
+            hidden = hidden.copy()
+            self._add_moving(hidden, frame)
+        if motion.camera is not None:
+            lab, hidden = _moved_on(frame, hidden, motion, windows)
         self.background.add(lab, hidden, windows)
 
-    def _moving(self, frame: Frame) -> NDArray[np.uint8]:
-        """Return where something moves against the world in the windows of a frame, (h, w) 0/1."""
+    def _add_moving(self, people: NDArray[np.uint8], frame: Frame) -> None:
+        """
+        Add to people, (h, w) uint8, what else moves against the world in the windows of a frame.
+
+        Nothing is added if there is no earlier frame.
+        """
         frames = list(self.frames)
-        earlier = frames[max(0, frames.index(frame) - MOTION_GAP)]
-        motion, moving = self.motion_since(earlier, frame), np.zeros(self.shape, np.uint8)
-        for window in frame.windows if earlier is not frame else ():
-            part = moving_pixels(
-                frame.image.gray, earlier.image.gray, motion, window, self.background.sigma
-            )
+        index = frames.index(frame)
+        if index == 0:
+            return
+        first = max(0, index - _GAP)
+        earlier = frames[first]
+        motion = WorldMotion.over(each.motion for each in frames[first + 1 : index + 1])
+        gray = frame.image.gray, earlier.image.gray
+        for window in frame.windows:
+            moving = moving_pixels(*gray, motion, window, self.background.sigma)
             if earlier.people is not None:
                 # What people have just uncovered has changed but is background.
                 left = motion.warped(earlier.people, window, cv2.BORDER_CONSTANT)
-                part &= cv2.inRange(left, 0, 0)
-            moving[window] = part
-        return moving
+                moving &= cv2.inRange(left, 0, 0)
+            people[window] |= moving
 
 
 class WholeView(View):
@@ -249,11 +264,10 @@ class WholeView(View):
         self._since = WorldMotion()
         self.clear()
 
-    def expect(self, image: WorkingImage, motion: WorldMotion) -> float:
+    def expect(self, image: WorkingImage, motion: WorldMotion) -> None:
         """Remember the motion; see :meth:`View.expect`."""
         self._since = WorldMotion.over([self._since, motion])
         self._expected = self.background, [self.all]
-        return 1.0
 
     def clear(self) -> None:
         """Forget the place."""
@@ -265,7 +279,7 @@ class WholeView(View):
 
     def known(self, shape: tuple[int, int]) -> BackgroundModel:
         """Return the background in the newest frame for an image of (h, w)."""
-        background = self.background.moved(self._since)
+        background = self.background.moved([self._since])
         return background if shape == self.shape else background.resized(shape)
 
     def smoothed(self) -> BackgroundModel:
@@ -281,7 +295,7 @@ class WholeView(View):
 
         :param hidden: (h, w) uint8, non-zero where it cannot be seen.
         """
-        self.background = model = self.background.moved(self._since)
+        self.background = model = self.background.moved([self._since])
         self._since, lab = WorldMotion(), self.now.image.lab
         model.measure_noise(lab, hidden, [self.all])
         # What has left or has come to stay is no mean with what was there before: the longer
@@ -329,11 +343,8 @@ class Scene:
         self.moving: NDArray[np.uint8] | None = None
         self.fades = False
         self.stamp_ns = 0
-        self._images: dict[tuple[int, int], WorkingImage] = {}
         self.options = SceneOptions()
-        self._light = Light()
-        self._curves: list[NDArray[np.uint8] | None] = []
-        """How the levels of the stream are spread, as its first picture needs it."""
+        self._light, self._contrast = Light(), Contrast()
 
     def gap_s(self, stamp_ns: int) -> float:
         """Return the seconds from the newest frame to a stamp, 0 without a frame."""
@@ -348,84 +359,91 @@ class Scene:
         :param image: (H, W, 3) uint8 BGR; it is read again when a view is added.
         :param heat: P(person) from elsewhere, of this frame or one before.
         """
-        self._frame, self._images = (image, heat), {}
+        self._frame, camera = (image, stamp_ns, heat), self.options.camera
         self._light.flickers = self.options.flicker
         self.stamp_ns, self.fades = stamp_ns, False
         if not self.views:
             return
         leader = max(self.views, key=lambda view: view.scale)
-        last = leader.now.image if leader.frames else None
-        newest, people = self._image(leader.shape), self._people(leader)
+        faded = bool(leader.frames) and leader.now.image.faded
+        newest = self._image(leader.shape, measure=True)
+        images = {leader.shape: newest}
+        people = self._people(leader)
+        motion = leader.points.update(newest.pyramid, people, camera=camera)
+        steps = []
         for view in self.views:
-            view.points.update(self._image(view.shape).pyramid)
-        motion = leader.points.world_motion(people) if self.options.camera else WorldMotion()
-        shapes = [view.shape for view in self.views]
-        steps = [motion.scaled(w / leader.shape[1], h / leader.shape[0]) for h, w in shapes]
-        self.fades = self.options.fade and newest.faded and not (last and last.faded)
+            if view.shape not in images:
+                images[view.shape] = self._image(view.shape)
+            if view is not leader:
+                view.points.update(images[view.shape].pyramid, None, camera=False)
+            down, across = (a / b for a, b in zip(view.shape, leader.shape, strict=True))
+            steps.append(motion if view is leader else motion.scaled(across, down))
+        self.fades = self.options.fade and newest.faded and not faded
         if self.fades:
             for view in self.views:
                 view.background.fade(newest.textured)
-        shown = min(
-            view.expect(self._image(view.shape), step)
+        shares = [
+            view.expect(images[view.shape], step)
             for view, step in zip(self.views, steps, strict=True)
-        )
+        ]
         blank = newest.pyramid.is_blank
-        if shown < _LEAST_SHOWN and last and newest.pyramid.resembles(last.pyramid):
-            self._light.forget()
-            for view in self.views:
-                view.clear()
-        elif shown < _LEAST_SHOWN:
-            blank, steps = True, [WorldMotion()] * len(steps)
-            for view in self.views:
-                view.points.leave_out()
+        if min((share for share in shares if share is not None), default=1.0) < _LEAST_SHOWN:
+            if leader.frames and newest.pyramid.resembles(leader.now.image.pyramid):
+                self._light.forget()
+                for view in self.views:
+                    view.clear()
+            else:
+                blank, steps = True, [WorldMotion()] * len(steps)
+                for view in self.views:
+                    view.points.leave_out()
         if not blank:
             self._light.follow(motion, people)
         for view, step in zip(self.views, steps, strict=True):
-            view.accept(self._image(view.shape), step, heat, blank=blank)
+            view.accept(images[view.shape], step, heat, blank=blank)
 
     def add(self, view: View) -> None:
         """Take in a view, and show it the newest frame."""
-        first, image = not self._images, self._image(view.shape)
-        view.points.update(image.pyramid)
+        first, heat = not self.views, self._frame[2]
+        image = self._image(view.shape, measure=first)
+        view.points.update(image.pyramid, None, camera=False)
         if first and not image.pyramid.is_blank:
             self._light.follow(WorldMotion(), np.zeros(view.shape, np.uint8))
-        view.accept(image, WorldMotion(), self._frame[1], blank=image.pyramid.is_blank)
+        view.accept(image, WorldMotion(), heat, blank=image.pyramid.is_blank)
         self.views.append(view)
 
     def _people(self, leader: View) -> NDArray[np.uint8]:
         """Return where people and what else moves were in the last frame, (h, w) uint8."""
-        people = np.zeros(leader.shape, np.uint8)
+        people = leader.people()
         if self.moving is not None:
             size = leader.shape[::-1]
             people |= np.asarray(cv2.resize(self.moving, size, interpolation=cv2.INTER_NEAREST))
-        for area in (each.scaled(leader.scale / v.scale) for v in self.views for each in v.areas):
-            people[area.slices(leader.shape[1], leader.shape[0])] = 1
+        for view in self.views:
+            for area in view.areas if view is not leader else ():
+                scaled = area.scaled(leader.scale / view.scale)
+                people[scaled.slices(leader.shape[1], leader.shape[0])] = 1
         return people
 
-    def _image(self, shape: tuple[int, int]) -> WorkingImage:
+    def _image(self, shape: tuple[int, int], *, measure: bool = False) -> WorkingImage:
         """Return the newest frame at a size, in whose light it is that of the first."""
-        if shape in self._images:
-            return self._images[shape]
-        source, options = self._frame[0], self.options
-        small = shrink(source, shape)
-        if small is source:
-            # Lab comes later, when the caller may have filled its buffer anew.
-            small = source.copy()
-        colourless, faded = is_gray(small), False
-        if options.light:
-            # First, as light is a factor only of the levels as they came.
-            if not self._images:
-                self._light.measure(small, gray=colourless)
-            small, faded = self._light.undone(small), self._light.faded
-        gray = np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY))
-        if options.contrast:
-            self._curves = self._curves or [contrast_curve(small)]
-            if (curve := self._curves[0]) is not None:
-                # Not of the colours with other levels, which would take three times as long.
-                gray, small = (np.asarray(cv2.LUT(each, curve)) for each in (gray, small))
-        textured = options.texture and colourless
-        image = WorkingImage(self.stamp_ns, small, gray, Pyramid(gray), textured, faded)
-        return self._images.setdefault(shape, image)
+        image, stamp_ns, _ = self._frame
+        light = self._light if self.options.light else None
+        contrast = self._contrast if self.options.contrast else None
+        texture = self.options.texture
+        return WorkingImage.of(
+            image, stamp_ns, shape, light, contrast, texture=texture, measure=measure
+        )
+
+
+def _moved_on(
+    frame: Frame, people: NDArray[np.uint8], motion: WorldMotion, windows: Sequence[Window]
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Return a frame in Lab and where people are in it, as the world has moved since."""
+    lab, hidden = np.zeros_like(frame.image.lab), np.ones_like(people)
+    free = cv2.inRange(people, 0, 0)
+    for window in windows:
+        lab[window] = motion.warped(frame.image.lab, window)
+        hidden[window] = cv2.inRange(motion.warped(free, window, cv2.BORDER_CONSTANT), 0, 254)
+    return lab, hidden
 
 
 def moving_pixels(
@@ -438,7 +456,8 @@ def moving_pixels(
     """
     Return where something moves against the still world, (h, w) uint8, 1 where it does.
 
-    :param gray, earlier: (H, W) uint8, brightness of this frame and one some frames back.
+    :param gray: (H, W) uint8 brightness of this frame.
+    :param earlier: (H, W) uint8, that of a frame some frames back.
     :param motion: of the still world from then to now.
     :param window: rows and columns to look at.
     :param spread: of a still pixel about its mean, in grey levels.
@@ -447,7 +466,7 @@ def moving_pixels(
     if then.size == 0:
         return np.zeros(then.shape, np.uint8)
     change = cv2.blur(cv2.absdiff(gray[window], then), (_SIDE, _SIDE))
-    level = math.floor(_SPREADS * spread)
+    level = math.floor(_LEVEL + _SPREADS * spread)
     _, moving = cv2.threshold(change, level, 1, cv2.THRESH_BINARY)
     return np.asarray(cv2.dilate(moving, np.ones((_SIDE, _SIDE), np.uint8)))
 

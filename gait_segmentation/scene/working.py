@@ -6,30 +6,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeVar
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import gray_lab
+from gait_segmentation.colour import gray_lab, is_gray
 from gait_segmentation.images import Window, shrink
+from gait_segmentation.scene.light import LEAST_RANGE, Contrast, Light
 
-CELL_LEVEL = 3
-"""Halvings that make a cell a pixel: noise, texture and small motions count little in cells."""
+_CELLS = 3
+"""Halvings that make a cell a pixel."""
 
-LEAST_RANGE = 8
-"""Grey levels between the darkest and the brightest cell below which nothing can be seen."""
-
-_ALIKE = 0.3
-"""Correlation of cells from which they may show the same place, in whatever light."""
-
-_Level = TypeVar('_Level', np.uint8, np.float32)
-
-
-def are_alike(one: NDArray[_Level], other: NDArray[_Level]) -> bool:
-    """Return whether cells of two pictures, (h, w), may be those of the same place."""
-    return float(cv2.matchTemplate(one, other, cv2.TM_CCOEFF_NORMED)[0, 0]) > _ALIKE
+_ALIKE = 0.5
+"""Correlation of the cells of two pictures from which they may show the same place."""
 
 
 class Pyramid:
@@ -52,15 +42,13 @@ class Pyramid:
     def image(self, level: int) -> NDArray[np.uint8]:
         """Return the image halved as often as ``level`` says."""
         while len(self._images) <= level:
-            last = self._images[-1]
-            half = max(last.shape[0] // 2, 1), max(last.shape[1] // 2, 1)
-            self._images.append(shrink(last, half))
+            self._images.append(_halved(self._images[-1]))
         return self._images[level]
 
     @property
     def cells(self) -> NDArray[np.uint8]:
-        """Return means of cells, (h, w) uint8."""
-        return self.image(CELL_LEVEL)
+        """Return means of cells, in which noise and texture are far less: (h, w) uint8."""
+        return self.image(_CELLS)
 
     @cached_property
     def is_blank(self) -> bool:
@@ -70,7 +58,8 @@ class Pyramid:
 
     def resembles(self, other: Pyramid) -> bool:
         """Return whether another picture, of the same size, may show the same place."""
-        return are_alike(self.cells, other.cells)
+        score = cv2.matchTemplate(self.cells, other.cells, cv2.TM_CCOEFF_NORMED)
+        return float(score[0, 0]) > _ALIKE
 
 
 @dataclass(frozen=True)
@@ -90,21 +79,66 @@ class WorkingImage:
     textured: bool
     faded: bool = False
 
+    @classmethod
+    def of(
+        cls,
+        image: NDArray[np.uint8],
+        stamp_ns: int,
+        shape: tuple[int, int],
+        light: Light | None = None,
+        contrast: Contrast | None = None,
+        *,
+        texture: bool = True,
+        measure: bool = True,
+    ) -> WorkingImage:
+        """
+        Scale a frame.
+
+        :param image: (H, W, 3) uint8 BGR.
+        :param shape: (h, w) of the working image.
+        :param light: which is undone, if any.
+        :param contrast: which spreads the levels, if any.
+        :param texture: whether gradient energy stands for colours that there are not.
+        :param measure: whether the light is measured by it, or has been by the same frame.
+        """
+        small = shrink(image, shape)
+        if small is image:
+            # Lab comes later, when the caller may have filled its buffer anew.
+            small = image.copy()
+        colourless, faded = is_gray(small), False
+        if light is not None:
+            # First, as light is a factor only of the levels as they came.
+            if measure:
+                light.measure(small, gray=colourless)
+            small, faded = light.undone(small), light.faded
+        gray = np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2GRAY))
+        curve = None if contrast is None else contrast.curve_for(small)
+        if curve is not None:
+            # Not of the colours with other levels, which would take three times as long.
+            gray, small = (np.asarray(cv2.LUT(each, curve)) for each in (gray, small))
+        textured = texture and colourless
+        return cls(stamp_ns, small, gray, Pyramid(gray), textured, faded)
+
     def shrunk(self, shape: tuple[int, int]) -> NDArray[np.uint8]:
         """Return the image in Lab at a smaller (h, w), (h, w, 3) uint8; see :attr:`lab`."""
-        if self.textured:
-            return gray_lab(shrink(self.gray, shape, cv2.INTER_AREA))
-        small = shrink(self.bgr, shape, cv2.INTER_AREA)
-        return np.asarray(cv2.cvtColor(small, cv2.COLOR_BGR2Lab))
+        source = self.gray if self.textured else self.bgr
+        return _lab_of(shrink(source, shape, cv2.INTER_AREA))
 
     @cached_property
     def lab(self) -> NDArray[np.uint8]:
         """Return the image in CIE L*a*b* as OpenCV stores it, (h, w, 3) uint8."""
-        return self.shrunk((self.gray.shape[0], self.gray.shape[1]))
+        return _lab_of(self.gray if self.textured else self.bgr)
 
     def lab_part(self, window: Window) -> NDArray[np.uint8]:
         """Return a window in Lab, (h, w, 3) uint8, its rows contiguous as kernels want them."""
         return np.ascontiguousarray(self.lab[window])
+
+
+def _lab_of(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return an image in Lab, with gradient energy in the place of colours if it is (h, w)."""
+    return (
+        gray_lab(image) if image.ndim == 2 else np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2Lab))
+    )
 
 
 def working_scale(
@@ -120,3 +154,10 @@ def working_scale(
 def working_shape(height: int, width: int, scale: float) -> tuple[int, int]:
     """Return (h, w) of the working image of a source of the given size."""
     return max(1, round(height * scale)), max(1, round(width * scale))
+
+
+def _halved(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return means of 2 x 2 pixels, without the last row or column of an odd number."""
+    size = (max(gray.shape[1] // 2, 1), max(gray.shape[0] // 2, 1))
+    part = gray[: 2 * size[1], : 2 * size[0]]
+    return np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA))

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import median
-from gait_segmentation.scene.ego_motion import WorldMotion
 from gait_segmentation.scene.scene import Scene, WholeView
+from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.starting.blobs import Blob, find_blobs
 
 _PERIOD_S, _SHARE = 0.12, 0.1

@@ -131,9 +131,7 @@ def _measure_misplacement(view: View, tracks: Sequence[Track]) -> None:
     if people.any():
         where, margin = grown(people, max(track.pose.height for track in seen))
         people[where] = margin
-        view.background.measure_misplacement(
-            view.now.image.lab, people, [track.window for track in seen]
-        )
+        view.background.notice_jolt(view.now.image.lab, people, [track.window for track in seen])
 
 
 def _occluder(track: Track, masks: Sequence[Place], window: Window) -> NDArray[np.uint8] | None:

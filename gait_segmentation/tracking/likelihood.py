@@ -29,8 +29,8 @@ from gait_segmentation.kernels import kernel
 from gait_segmentation.scene.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
 
-_SHADOW_FROM = 0.7
-"""Where down the body cast shadows begin."""
+_SHADOW_FROM, _SHADOW_TO = 0.60, 0.85
+"""Where down the body cast shadows begin and are full."""
 
 _DOUBT = 0.1
 """
@@ -38,76 +38,119 @@ Times a pixel must have been seen for half of the trust: what was just uncovered
 How far the background is misplaced, in pixels, is added, since it may be another pixel then.
 """
 
+_LEAST_COUNT = 0.25
+"""Background pixels seen less often than this, at the rim of what is known, are unknown."""
+
 _LIMIT = 6.0
 """Largest log-likelihood ratio that colours and background can give."""
 
+_FARTHEST = 18.0
+"""Exponents from which a density counts as nothing."""
 
-_EXP = tuple(
-    np.float32(c) for c in (1.3333558e-3, 9.618129e-3, 5.5504109e-2, 0.24022651, 0.69314718, 1.0)
-)
-_LOG = tuple(
-    np.float32(c)
-    for c in (
-        *(7.0376836e-2, -0.11514610, 0.11676999, -0.12420141, 0.14249323),
-        *(-0.16668058, 0.20000715, -0.24999994, 0.33333331),
-    )
-)
-"""Polynomials that come within 2e-7 of powers of two, and of logarithms; highest powers first."""
+_LEAST_MISPLACED = 0.05
+"""Misplacement of the background from which it counts, in pixels."""
+
+_CERTAIN = 8.0
+"""Log ratio beyond which an image of 8 bits shows no difference."""
 
 
 @njit(nogil=True, fastmath=True, inline='always')
 def _exp_minus(value: np.float32) -> np.float32:
-    """Return exp(-value) from 0 on, which is never 0: a power of two and a polynomial."""
-    power = min(value, np.float32(40)) * np.float32(-1.44269504)
+    """Return exp(-value) of 0..80, to 2e-7 of it: a power of two and a polynomial."""
+    power = value * np.float32(-1.44269504)
     whole = np.float32(np.int32(power - np.float32(0.5)))
-    x, (a, b, c, d, e, f) = power - whole, _EXP
-    part = ((((a * x + b) * x + c) * x + d) * x + e) * x + f
+    rest = power - whole
+    part = np.float32(1.3333558e-3)
+    part = part * rest + np.float32(9.618129e-3)
+    part = part * rest + np.float32(5.5504109e-2)
+    part = part * rest + np.float32(0.24022651)
+    part = part * rest + np.float32(0.69314718)
+    part = part * rest + np.float32(1)
     bits = np.int32((np.int32(whole) + np.int32(127)) << np.int32(23))
     return part * bits.view(np.float32)
 
 
 @njit(nogil=True, fastmath=True, inline='always')
 def _log(value: np.float32) -> np.float32:
-    """Return the natural logarithm: the exponent and a polynomial of the mantissa."""
+    """Return the natural logarithm, to 2e-7: the exponent and a polynomial of the mantissa."""
     bits = np.float32(value).view(np.int32)
     # The mantissa from half the square root of two to all of it.
     exponent = np.int32((bits - np.int32(0x3F3504F3)) >> np.int32(23))
-    x = np.int32(bits - (exponent << np.int32(23))).view(np.float32) - np.float32(1)
-    a, b, c, d, e, f, g, h, i = _LOG
-    part = (((((((a * x + b) * x + c) * x + d) * x + e) * x + f) * x + g) * x + h) * x + i
-    square = x * x
-    first = x - np.float32(0.5) * square + square * x * part
+    rest = np.int32(bits - (exponent << np.int32(23))).view(np.float32) - np.float32(1)
+    part = np.float32(7.0376836e-2)
+    part = part * rest - np.float32(0.11514610)
+    part = part * rest + np.float32(0.11676999)
+    part = part * rest - np.float32(0.12420141)
+    part = part * rest + np.float32(0.14249323)
+    part = part * rest - np.float32(0.16668058)
+    part = part * rest + np.float32(0.20000715)
+    part = part * rest - np.float32(0.24999994)
+    part = part * rest + np.float32(0.33333331)
+    square = rest * rest
+    first = rest - np.float32(0.5) * square + square * rest * part
     return first + np.float32(exponent) * np.float32(0.69314718)
 
 
-@kernel('f4[:,:,::1], f8, f4[:,:,::1]', fastmath=True, error_model='numpy')
-def widen(sums: NDArray[np.float32], share: float, wider: NDArray[np.float32]) -> None:
+@kernel('f4[:,:,::1], i8, i8, f8, f4[:,:,::1]', error_model='numpy')
+def widen(
+    sums: NDArray[np.float32], top: int, left: int, share: float, wider: NDArray[np.float32]
+) -> None:
     """
     Add to variances what a misplaced background differs by.
 
     The slopes of what is at the edge of the window or next to what is unknown count as zero.
 
-    :param sums: of the window, see :class:`.BackgroundModel`.
+    :param sums: of the whole image, in which the window begins at ``top`` and ``left``.
     :param share: of the squared slopes that is added.
     :param wider: (2, h, w) float32, of lightness and of chroma.
     """
-    least, one, zero = np.float32(1e-6), np.float32(1), np.float32(0)
-    for row in range(1, wider.shape[1] - 1):
-        for col in range(1, wider.shape[2] - 1):
-            up, low = sums[row - 1, col], sums[row + 1, col]
-            near, far = sums[row, col - 1], sums[row, col + 1]
-            fewest = min(min(up[3], low[3]), min(near[3], far[3]))
-            gain = np.float32(0.25 * share) if fewest > zero else zero
-            above, below = one / max(up[3], least), one / max(low[3], least)
-            before, after = one / max(near[3], least), one / max(far[3], least)
+    height, width = wider.shape[1:]
+    mean, counts = np.empty((3, height, width), np.float32), np.empty((height, width), np.float32)
+    least = np.float32(_LEAST_COUNT)
+    for row in range(height):
+        line = sums[top + row].reshape(-1)[4 * left : 4 * (left + width)]
+        for col in range(width):
+            count = line[4 * col + 3]
+            counts[row, col] = count
             for channel in range(3):
-                down = low[channel] * below - up[channel] * above
-                across = far[channel] * after - near[channel] * before
-                wider[min(channel, 1), row, col] += gain * (down * down + across * across)
+                mean[channel, row, col] = line[4 * col + channel] / max(count, least)
+    for row in range(1, height - 1):
+        above, below, here = counts[row - 1], counts[row + 1], counts[row]
+        for col in range(1, width - 1):
+            fewest = min(min(above[col], below[col]), min(here[col - 1], here[col + 1]))
+            gain = np.float32(0.25 * share) if fewest >= least else np.float32(0)
+            light, chroma = np.float32(0), np.float32(0)
+            for channel in range(3):
+                down = mean[channel, row + 1, col] - mean[channel, row - 1, col]
+                across = mean[channel, row, col + 1] - mean[channel, row, col - 1]
+                square = down * down + across * across
+                if channel == 0:
+                    light = square
+                else:
+                    chroma += square
+            wider[0, row, col] += gain * light
+            wider[1, row, col] += gain * chroma
+
+
+@njit(nogil=True, fastmath=True, inline='always')
+def _look_up(
+    bins: NDArray[np.uint16],
+    rows: NDArray[np.float32],
+    person: NDArray[np.float32],
+    surroundings: NDArray[np.float32],
+    of_person: NDArray[np.float32],
+    of_surroundings: NDArray[np.float32],
+) -> None:
+    """Fill in how likely the colours of a row of pixels are for each class."""
+    bands = np.float32(BANDS)
+    for col in range(bins.size):
+        band = min(max(int(rows[col] * bands), 0), BANDS - 1)
+        of_person[col] = person[bins[col], band]
+        of_surroundings[col] = surroundings[bins[col], band]
 
 
 @kernel(
-    'u1[:,:,::1], u2[:,::1], f4[:,::1], f4[:,:,::1], f4[:,:,::1], f8, f4[:,::1], '
+    'u1[:,:,::1], u2[:,::1], f4[:,::1], f4[:,:,::1], i8, i8, f4[:,:,::1], f8, f4[:,::1], '
     'f4[:,::1], f4[:,::1], f8, f8, f8, f8, f4[:,::1]',
     fastmath=True,
     error_model='numpy',
@@ -117,6 +160,8 @@ def ratios(
     bins: NDArray[np.uint16],
     rows: NDArray[np.float32],
     sums: NDArray[np.float32],
+    top: int,
+    left: int,
     wider: NDArray[np.float32],
     misplacement: float,
     person: NDArray[np.float32],
@@ -134,7 +179,7 @@ def ratios(
     Row by row and without branches, so that many pixels are done at once: first what is looked
     up, then all that is calculated.
 
-    :param sums: of the window, see :class:`.BackgroundModel`.
+    :param sums: of the whole image, in which the window begins at ``top`` and ``left``.
     :param wider: (2, h, w) float32, by what the variances of lightness and chroma are greater.
     :param misplacement: of the background, in pixels.
     :param strangers: (h, w) float32, probability of any colour of another person.
@@ -145,18 +190,17 @@ def ratios(
     peak = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma) ** 1.5)
     flat = np.float32(BIN_VOLUME / (2 * np.pi * sigma * sigma) / (1 - shadow_floor))
     cast_share, cast_floor = np.float32(shadow_share), np.float32(shadow_floor)
-    most, least, feet = np.float32(trust), np.float32(1e-6), np.float32(_SHADOW_FROM)
+    most, least = np.float32(trust), np.float32(_LEAST_COUNT)
+    ramp_from, ramp_slope = np.float32(_SHADOW_FROM), np.float32(1 / (_SHADOW_TO - _SHADOW_FROM))
     bound = np.float32(_LIMIT)
+    far = np.float32(_FARTHEST)
     width = out.shape[1]
     of_person, of_surroundings = np.empty(width, np.float32), np.empty(width, np.float32)
     for row in range(out.shape[0]):
-        for col in range(width):
-            band = min(max(int(rows[row, col] * np.float32(BANDS)), 0), BANDS - 1)
-            of_person[col] = person[bins[row, col], band]
-            of_surroundings[col] = surroundings[bins[row, col], band]
+        _look_up(bins[row], rows[row], person, surroundings, of_person, of_surroundings)
         wide, wide_chroma = wider[0, row], wider[1, row]
         pixels = lab[row].reshape(-1)
-        line = sums[row].reshape(-1)
+        line = sums[top + row].reshape(-1)[4 * left : 4 * (left + width)]
         down, strange, result = rows[row], strangers[row], out[row]
         for col in range(width):
             count = line[4 * col + 3]
@@ -165,16 +209,18 @@ def ratios(
             d_light = light - base
             d_a = np.float32(pixels[3 * col + 1]) - line[4 * col + 1] * share
             d_b = np.float32(pixels[3 * col + 2]) - line[4 * col + 2] * share
-            chroma = (d_a * d_a + d_b * d_b) * scale / wide_chroma[col]
-            square = d_light * d_light * scale / wide[col]
-            cast = cast_share if (base > one) & (down[col] > feet) else zero
+            chroma = min((d_a * d_a + d_b * d_b) * scale / wide_chroma[col], far)
+            square = min(d_light * d_light * scale / wide[col], far)
+            ramp = min(max((down[col] - ramp_from) * ramp_slope, zero), one)
+            cast = cast_share * ramp if base > one else zero
             shadow = cast * flat if light > cast_floor * base else zero
             # Divided before they are chosen: else the compiler does one pixel at a time.
             shadow = shadow / max(base, one) if light < base else zero
             plain = (one - cast) * peak * _exp_minus(square)
-            seen = (shadow + plain) * _exp_minus(chroma)
+            plain = plain if square < far else zero
+            seen = (shadow + plain) * _exp_minus(chroma) if chroma < far else zero
             # All times (count + doubt), which saves a division.
-            known = most * count
+            known = most * count if count > least else zero
             every = count + doubt
             unknown = (every - known) * of_surroundings[col] + every * strange[col]
             value = _log(every * of_person[col] / (known * seen + unknown))
@@ -200,17 +246,20 @@ def log_ratio(
     :param strangers: (h, w) float32, probability of any colour of another person, if any.
     """
     out = np.empty(rows.shape, np.float32)
-    sums = np.ascontiguousarray(background.sums[window])
+    misplacement = background.misplacement if background.misplacement > _LEAST_MISPLACED else 0.0
+    sums, top, left = background.part(window)
     wider = np.ones((2, *rows.shape), np.float32)
-    if background.misplacement:
-        widen(sums, (background.misplacement / background.sigma) ** 2, wider)
+    if misplacement:
+        widen(sums, top, left, (misplacement / background.sigma) ** 2, wider)
     ratios(
         lab,
         colour_bins(lab),
         rows,
         sums,
+        top,
+        left,
         wider,
-        background.misplacement,
+        misplacement,
         person.table,
         surroundings.table,
         np.zeros_like(rows) if strangers is None else strangers,
@@ -234,5 +283,6 @@ def likelihood_image(
     :param shape: (h, w) of the working image.
     """
     image = np.zeros(shape, np.uint8)
-    image[window] = np.rint(255 / (1 + cv2.exp(-logit)))
+    odds = cv2.exp(np.clip(-logit, -_CERTAIN, _CERTAIN))
+    image[window] = np.rint(255 / (1 + odds))
     return image

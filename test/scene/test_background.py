@@ -8,7 +8,7 @@ import pytest
 
 from gait_segmentation.colour import gray_lab
 from gait_segmentation.scene.background import BackgroundModel
-from gait_segmentation.scene.ego_motion import WorldMotion
+from gait_segmentation.scene.world_motion import WorldMotion
 
 
 def texture(seed: int = 0, shape: tuple[int, int] = (60, 80)) -> np.ndarray:
@@ -32,13 +32,13 @@ def test_it_learns_the_mean_where_nobody_is_and_moves_with_the_camera() -> None:
     assert model.mean[10, 10] == pytest.approx(lab[10, 10].astype(float))
     assert model.count[10, 10] == 3
     assert model.count[30, 40] == 0
-    assert model.moved(WorldMotion()) is model
+    assert model.moved([WorldMotion()]) is model
     pan = WorldMotion(np.array([[1.0, 0, 5], [0, 1, -3], [0, 0, 1]]))
-    model = model.moved(pan)
+    model = model.moved([pan, WorldMotion()])
     assert model.mean[10, 20] == pytest.approx(lab[13, 15].astype(float), abs=0.01)
     # What left is forgotten.
     assert model.count[10, 2] == 0
-    assert model.count[10, 20] == pytest.approx(3)
+    assert 2.7 < model.count[10, 20] < 3
 
 
 def test_stripes_keep_their_contrast_while_the_camera_trembles() -> None:
@@ -46,7 +46,7 @@ def test_stripes_keep_their_contrast_while_the_camera_trembles() -> None:
     lab = np.repeat(np.repeat(rows[:, None, None], 80, axis=1), 3, axis=2).astype(np.uint8)
     model = learnt(lab)
     for dy in (0.3, -0.4, 0.2, -0.3, 0.4, -0.2):
-        model = model.moved(WorldMotion(np.array([[1.0, 0, 0.1], [0, 1, dy], [0, 0, 1]])))
+        model = model.moved([WorldMotion(np.array([[1.0, 0, 0.1], [0, 1, dy], [0, 0, 1]]))])
     inner = (slice(10, 50), slice(10, 70), 0)
     assert model.mean[inner].std() > 0.85 * lab[inner].std()
 
@@ -77,7 +77,7 @@ def test_how_much_of_what_is_known_a_frame_shows() -> None:
     person[:, :20] = 255
     assert model.agreement(now, person, [window]) == 1
     person[:] = 255
-    assert model.agreement(255 - now, person, [window]) == 1
+    assert model.agreement(now, person, [window]) is None
 
 
 def test_what_does_not_look_like_the_known_background_contradicts_it() -> None:
@@ -108,17 +108,27 @@ def _stairs(shift: float) -> np.ndarray:
 @pytest.mark.parametrize(('shift', 'low', 'high'), [(0.0, 0.0, 0.05), (0.8, 0.5, 1.3)])
 def test_misplacement_is_measured_where_the_background_is_steep(shift, low, high) -> None:
     nobody = np.zeros((80, 200), np.uint8)
+    model = learnt(np.rint(_stairs(0.0)).astype(np.uint8))
+    rng = np.random.default_rng(0)
+    for _ in range(30):
+        noisy = np.clip(_stairs(shift) + rng.normal(0, 1.5, (80, 200, 3)), 0, 255)
+        model.measure_noise(noisy.astype(np.uint8), nobody, [(slice(0, 80), slice(0, 200))])
+    assert low <= model.misplacement <= high
+
+
+def test_a_jolt_counts_in_the_frame_that_shows_it() -> None:
+    nobody = np.zeros((80, 200), np.uint8)
     every = [(slice(0, 80), slice(0, 200))]
     model = learnt(np.rint(_stairs(0.0)).astype(np.uint8))
-    model.sigma = 2.5
-    noise = np.random.default_rng(0).normal(0, 1.5, (80, 200, 3))
-    now = np.clip(_stairs(shift) + noise, 0, 255).astype(np.uint8)
-    model.measure_misplacement(now, nobody, every)
-    measured = model.misplacement
-    assert low <= measured <= high
-    for there in (every, [], [(slice(0, 1), slice(0, 200))]):
-        model.measure_misplacement(np.zeros_like(now), nobody + 255, there)
-        assert model.misplacement == measured, 'people are not the background'
+    model.notice_jolt(np.rint(_stairs(1.0)).astype(np.uint8), nobody, every)
+    jolted = model.misplacement
+    assert jolted > 0.6
+    model.notice_jolt(np.rint(_stairs(0.0)).astype(np.uint8), nobody, every)
+    assert model.misplacement == jolted, 'only what is learnt lowers it'
+    model.notice_jolt(np.rint(_stairs(1.2)).astype(np.uint8), nobody, every)
+    assert model.misplacement == jolted, 'drift is no jolt'
+    model.notice_jolt(np.rint(_stairs(2.0)).astype(np.uint8), nobody + 255, every)
+    assert model.misplacement == jolted, 'people are not the background'
 
 
 def test_what_is_known_from_elsewhere_counts_where_less_is_known() -> None:

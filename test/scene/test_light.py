@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.scene.ego_motion import WorldMotion
-from gait_segmentation.scene.light import Light, contrast_curve
+from gait_segmentation.scene.light import Contrast, Light
+from gait_segmentation.scene.world_motion import WorldMotion
 
 SHAPE = (240, 320)
 STILL = WorldMotion()
@@ -176,7 +176,7 @@ def picture(low: int, high: int) -> np.ndarray:
 
 def test_levels_that_count_are_spread_evenly_and_the_rest_keeps_its_shares() -> None:
     few = np.repeat(np.arange(100, 141, dtype=np.uint8), 9).reshape(-1, 9, 1)
-    curve = contrast_curve(few)
+    curve = Contrast().curve_for(few)
     # 40 levels become 128; of the 127 left 100 / 215 lie below.
     expected = 127 * 100 / 215 + 3.2 * np.arange(41)
     assert curve[100:141] == pytest.approx(expected, abs=0.51)
@@ -184,6 +184,10 @@ def test_levels_that_count_are_spread_evenly_and_the_rest_keeps_its_shares() -> 
 
 
 @pytest.mark.parametrize(('low', 'high'), [(0, 255), (20, 230), (50, 185)])
-def test_pictures_of_many_levels_stay(low: int, high: int) -> None:
-    assert contrast_curve(picture(60, 120)) is not None
-    assert contrast_curve(picture(low, high)) is None
+def test_pictures_of_many_levels_stay_and_the_first_decides_for_all(low: int, high: int) -> None:
+    contrast, few, many = Contrast(), picture(60, 120), picture(low, high)
+    first = contrast.curve_for(few)
+    assert first is not None
+    assert contrast.curve_for(many) is first
+    contrast = Contrast()
+    assert contrast.curve_for(many) is contrast.curve_for(few) is None

@@ -4,8 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.scene.scene import Scene, SceneOptions, View
+from gait_segmentation.scene.light import Contrast, Light
 from gait_segmentation.scene.working import Pyramid, WorkingImage, working_scale
+from gait_segmentation.scene.world_motion import WorldMotion
 
 
 def test_tall_people_are_scaled_down_and_small_ones_never_up() -> None:
@@ -16,45 +17,27 @@ def test_tall_people_are_scaled_down_and_small_ones_never_up() -> None:
     assert working_scale(1080, 1920, person_height=50, working_size=0, working_height=160) == 1
 
 
-def shown(*images: np.ndarray, **options: bool) -> list[WorkingImage]:
-    """Return what a scene makes of images one after the other."""
-    source = images[0].shape[:2]
-    scene, view, made = Scene(source), View(source, 1.0), []
-    scene.options = SceneOptions(**options)
-    for number, image in enumerate(images):
-        scene.advance(image, number + 1)
-        if number == 0:
-            scene.add(view)
-        made.append(view.now.image)
-    return made
-
-
 def test_a_jump_of_the_exposure_is_undone_before_levels_are_spread() -> None:
     image = np.random.default_rng(0).integers(60, 130, (240, 320, 3)).astype(np.uint8)
     image = cv2.blur(image, (5, 5))
-    made = shown(image, cv2.convertScaleAbs(image, alpha=1.5))
+    light, contrast, made = Light(), Contrast(), []
+    for gain in (1.0, 1.5):
+        bright = cv2.convertScaleAbs(image, alpha=gain)
+        made.append(WorkingImage.of(bright, 3, (240, 320), light, contrast))
+        light.follow(WorldMotion(), np.zeros((240, 320), np.uint8))
     assert np.ptp(made[0].gray) > 1.5 * np.ptp(image)
     assert np.abs(made[1].gray.astype(int) - made[0].gray).mean() < 2
-
-
-def test_the_first_picture_decides_how_levels_are_spread_in_all() -> None:
-    few, many = (
-        np.random.default_rng(0).integers(*ends, (240, 320, 3), np.uint8)
-        for ends in ((60, 120), (0, 256))
-    )
-    spread, plain = shown(few, many, light=False), shown(many, few, light=False)
-    assert not np.array_equal(spread[1].bgr, many)
-    assert np.array_equal(plain[1].bgr, few)
 
 
 @pytest.mark.parametrize('texture', [False, True])
 def test_a_grey_frame_shows_texture_and_tells_that_it_has_lost_its_colours(texture: bool) -> None:
     image = np.random.default_rng(2).integers(0, 255, (40, 60, 3)).astype(np.uint8)
     gray = cv2.cvtColor(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
-    first, frame = shown(image, gray, texture=texture)
+    light = Light()
+    assert not WorkingImage.of(image, 3, (40, 60), light).faded
+    frame = WorkingImage.of(gray, 4, (40, 60), light, texture=texture)
     assert frame.faded
-    assert not first.faded
-    assert not shown(gray)[0].faded
+    assert not WorkingImage.of(gray, 4, (40, 60), Light()).faded
     assert frame.textured == (len(np.unique(frame.lab[..., 1])) > 5) == texture
     assert texture or (frame.lab[..., 1:] == 128).all()
     window = slice(3, 40, 2), slice(0, 60, 2)

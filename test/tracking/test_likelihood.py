@@ -24,7 +24,7 @@ def models() -> tuple[ColourModel, ColourModel]:
 
 def _square_slopes(model: BackgroundModel) -> np.ndarray:
     """Return the squared slopes of lightness and of chroma, zero next to what is unknown."""
-    known = model.count > 0
+    known = model.count >= 0.25
     mean = np.where(known[..., None], model.mean, 0)
     across, down = np.zeros_like(mean), np.zeros_like(mean)
     across[:, 1:-1] = (mean[:, 2:] - mean[:, :-2]) / 2
@@ -52,7 +52,7 @@ def _plainly(
         band = min(max(int(down * BANDS), 0), BANDS - 1)
         p_person, p_background = person.table[index, band], surroundings.table[index, band]
         count, bound = model.count[place], 6.0
-        if config.use_background and count > 0:
+        if config.use_background and count > 0.25:
             base, light = model.mean[place][0], float(lab[place][0])
             d_a, d_b = lab[place][1:] - model.mean[place][1:]
             spread, spread_chroma = (
@@ -60,7 +60,8 @@ def _plainly(
             )
             square = (light - base) ** 2 / (2 * spread)
             chroma = (d_a**2 + d_b**2) / (2 * spread_chroma)
-            cast = config.shadow_share if base > 1 and down > 0.7 and config.use_shadow else 0.0
+            ramp = min(max((down - 0.6) / 0.25, 0), 1) if base > 1 and config.use_shadow else 0
+            cast = config.shadow_share * ramp
             other = 0.0
             if config.shadow_floor * base < light < base:
                 other = cast / (base * (1 - config.shadow_floor)) / (2 * np.pi * sigma**2)

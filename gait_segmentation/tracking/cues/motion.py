@@ -21,8 +21,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
-from gait_segmentation.scene.ego_motion import WorldMotion
 from gait_segmentation.scene.scene import MOTION_GAP
+from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.tracking.cues import Cue, CueInput
 
 _LEAST_MOTION = 0.02
