@@ -18,7 +18,6 @@ from gait_segmentation.kernels import kernel
 SAME_COLOURS = 0.65
 """Least similarity of the colours of the same person."""
 
-
 _TRUNK_FROM, _LEGS_FROM = 0.16, 0.52
 """Where down the body trunk and legs begin."""
 
@@ -74,7 +73,7 @@ def colour_signature(
     return out.reshape(3, -1) / np.float32(max(total, 1e-6))
 
 
-def _likeness(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
+def similarity(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
     """Return how alike two signatures are, 0..1; bands count by what is seen of them."""
     shares, known = other.sum(axis=1), one.sum(axis=1)
     weights = np.minimum(shares, known)
@@ -85,35 +84,30 @@ def _likeness(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
     return float((weights * alike).sum() / weights.sum())
 
 
-def _faded(signature: NDArray[np.float32], chroma: float) -> NDArray[np.float32]:
-    """Return a signature as if all its colours had the same a* and b*."""
-    bins = signature.reshape(3, _LIGHT, _CHROMA, _CHROMA)
-    place = (chroma - _CHROMA_FROM) / _CHROMA_STEP - 0.5
-    shares = np.maximum(1 - np.abs(np.arange(_CHROMA, dtype=np.float32) - np.float32(place)), 0)
-    return (bins.sum(axis=(2, 3), keepdims=True) * np.outer(shares, shares)).reshape(3, -1)
-
-
 class Appearance:
     """The colours of a person over time."""
 
     def __init__(self, signature: NDArray[np.float32]) -> None:
-        """Begin with the colours of a frame, see :func:`colour_signature`."""
         self._mean = self._last = signature
 
     def fade(self, chroma: float) -> None:
         """Go on as if all colours had the same a* and b*, and their own lightness."""
-        self._mean, self._last = (_faded(each, chroma) for each in (self._mean, self._last))
+        place = (chroma - _CHROMA_FROM) / _CHROMA_STEP - 0.5
+        near = np.maximum(1 - np.abs(np.arange(_CHROMA, dtype=np.float32) - np.float32(place)), 0)
+        bins = np.stack([self._mean, self._last]).reshape(2, 3, _LIGHT, _CHROMA, _CHROMA)
+        faded = bins.sum(axis=(3, 4), keepdims=True) * np.outer(near, near)
+        self._mean, self._last = faded.reshape(2, 3, -1)
 
     def add(self, signature: NDArray[np.float32]) -> None:
-        """Take in the colours of a frame, see :func:`colour_signature`."""
+        """Take in those of a frame, see :func:`colour_signature`."""
         self._last = signature
         self._mean = self._mean + np.float32(_RATE) * (signature - self._mean)
 
     def similarity(self, signature: NDArray[np.float32]) -> float:
-        """Return how alike the colours are, 0..1; bands count by what is seen of them."""
-        return _likeness(self._mean, signature)
+        """Return how alike the usual colours are, 0..1."""
+        return similarity(self._mean, signature)
 
-    def is_like(self, look: NDArray[np.float32]) -> bool:
+    def is_like(self, signature: NDArray[np.float32]) -> bool:
         """
         Return whether colours are those of the person, as usual or as they were last.
 
@@ -121,8 +115,7 @@ class Appearance:
         masks than like the mean.  These count only as far as they are like the mean themselves:
         they may be of another person who was taken for the person.
         """
-        if self.similarity(look) >= SAME_COLOURS:
+        if self.similarity(signature) >= SAME_COLOURS:
             return True
-        if self.similarity(self._last) < SAME_COLOURS:
-            return False
-        return _likeness(self._last, look) >= SAME_COLOURS
+        known = self.similarity(self._last) >= SAME_COLOURS
+        return known and similarity(self._last, signature) >= SAME_COLOURS

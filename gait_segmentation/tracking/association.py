@@ -74,19 +74,17 @@ def associate(claims: Sequence[PixelClaim]) -> list[NDArray[np.float32]]:
     """
     pairs = [
         (one, two, shared)
-        for one, two in itertools.combinations(range(len(claims)), 2)
+        for one, two in itertools.permutations(range(len(claims)), 2)
         if (shared := overlap(claims[one].window, claims[two].window)) is not None
     ]
-    meeting = {k for pair in pairs for k in pair[:2]}
-    near = {k: claims[k].falloff for k in meeting}
+    near = {one: claims[one].falloff for one, _, _ in pairs}
     strong = {k: np.exp(claims[k].logit + near[k]) for k in near}
     rivals = {k: np.zeros_like(strong[k]) for k in near}
     for one, two, shared in pairs:
-        for k, rival in ((one, two), (two, one)):
-            claim, other = claims[k], claims[rival]
-            depth = _NEARER if claim.feet > other.feet and not claim.hidden else -_NEARER
-            part = strong[k][within(shared, claim.window)]
-            rivals[rival][within(shared, other.window)] += np.float32(math.exp(depth)) * part
+        claim, other = claims[one], claims[two]
+        depth = _NEARER if claim.feet > other.feet and not claim.hidden else -_NEARER
+        part = strong[one][within(shared, claim.window)]
+        rivals[two][within(shared, other.window)] += np.float32(math.exp(depth)) * part
     logits = [
         claim.logit - np.log1p(rivals[k]) if k in near else claim.logit
         for k, claim in enumerate(claims)

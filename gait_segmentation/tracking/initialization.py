@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,6 @@ from gait_segmentation.tracking.track import Track
 
 _ABOUT = 0.3
 """How far about a person found the place is remembered, in body heights."""
-
 
 Beginning = tuple[FirstMask, HeatMapCue]
 """The first mask of a person, and what is known of the heat map."""
@@ -99,10 +99,10 @@ def _as_shown(start: FirstMask, logit: NDArray[np.float32], window: Window) -> F
 
     :param logit: (h, w) float32 of the window, what the map says.
     """
-    inside = np.zeros_like(start.votes)
-    inside[start.box.slices(*inside.shape[::-1])] = 1
-    votes = np.zeros_like(inside)
-    votes[window] = inside[window] / (1 + np.exp(-logit))
+    likely, votes = np.zeros((2, *start.votes.shape), np.float32)
+    likely[window] = 1 / (1 + np.exp(-logit))
+    box = start.box.slices(*likely.shape[::-1])
+    votes[box] = likely[box]
     return replace(start, mask=np.where(votes > 0.5, np.uint8(255), np.uint8(0)), votes=votes)
 
 
@@ -116,17 +116,11 @@ def slot_for_found(
     :returns: the number of the slot, and the track id if it is the person who was lost there,
         else None.
     """
-    lost = {
-        slot: track
-        for slot, track in enumerate(slots)
-        if track is not None and track.state == LOST
-    }
-    alike = {slot: track.similarity(start, view.now) for slot, track in lost.items()}
-    best = max(alike, key=lambda slot: alike[slot], default=None)
-    if best is not None and alike[best] >= SAME_COLOURS:
-        return best, lost[best].track_id
+    lost = [(slot, track) for slot, track in enumerate(slots) if track and track.state == LOST]
+    alike = [(track.similarity(start, view.now), slot, track) for slot, track in lost]
+    similarity, slot, track = max(alike, key=itemgetter(0), default=(0.0, 0, None))
+    if track is not None and similarity >= SAME_COLOURS:
+        return slot, track.track_id
     if None in slots:
         return list(slots).index(None), None
-    if lost:
-        return max(lost, key=lambda slot: lost[slot].lost_s), None
-    return None
+    return (max(lost, key=lambda each: each[1].lost_s)[0], None) if lost else None

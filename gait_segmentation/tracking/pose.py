@@ -7,25 +7,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import body_rows
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.images import (
-    Bounds,
-    Window,
-    axis_tilt,
-    bounding_box,
-    quantiles,
-    size_of,
-)
+from gait_segmentation.images import Window, axis_tilt, bounding_box, quantiles, size_of
 from gait_segmentation.scene.scene import Shift
-
-_OUTERMOST = 0.005
-"""Share of the pixels at each end that does not count."""
+from gait_segmentation.tracking.visibility import OUTERMOST
 
 _POSE_RATE, _VELOCITY_RATE = 0.1, 0.2
 """Share by which height and tilt, and the velocity, move towards what a mask or a frame shows."""
@@ -42,50 +32,8 @@ The most by which the height changes with a mask, and by which a person grows wh
 the lower border, of whom only the least height can be seen.
 """
 
-_BEYOND = 0.3
-"""How far outside of the image the centre of a person is expected at most, in body heights."""
-
 _TILT_ON, _TILT_OFF, _MOST_TILT = 0.16, 0.10, 0.5
 """Tilt from which and down to which it is used, and the largest, in radians."""
-
-
-class Extent(NamedTuple):
-    """
-    How far a mask reaches from a point, along and across the body, in pixels.
-
-    The outermost 0.5 % of the pixels do not count.  ``axis`` is the median across; ``at_bottom``
-    tells that the mask ends at the lower border.
-    """
-
-    top: float
-    bottom: float
-    left: float
-    right: float
-    axis: float
-    at_bottom: bool
-
-
-def extent_of(
-    mask: NDArray[np.uint8],
-    center: tuple[float, float],
-    angle: float,
-    bounds: Bounds | None = None,
-) -> Extent:
-    """
-    Measure how far a mask reaches from a point, along and across a body of that tilt.
-
-    :param mask: (h, w) uint8, not all zero.
-    :param bounds: of the mask, if they are known.
-    """
-    first, upper, width, height = bounding_box(mask) if bounds is None else bounds
-    at_bottom = height > 0 and upper + height >= mask.shape[0] - 1
-    rows, columns = np.nonzero(mask[upper : upper + height, first : first + width])
-    right, down = columns + (first + 0.5 - center[0]), rows + (upper + 0.5 - center[1])
-    cos, sin = math.cos(angle), math.sin(angle)
-    along, across = cos * down - sin * right, cos * right + sin * down
-    top, bottom = quantiles(along, (_OUTERMOST, 1 - _OUTERMOST))
-    left, axis, far = quantiles(across, (_OUTERMOST, 0.5, 1 - _OUTERMOST))
-    return Extent(top - 0.5, bottom + 0.5, left - 0.5, far + 0.5, axis, at_bottom)
 
 
 @dataclass(frozen=True)
@@ -152,8 +100,8 @@ class Pose:
         return replace(self, center_x=self.center_x + dx, center_y=self.center_y + dy)
 
     def outside_by(self, shape: tuple[int, int]) -> Shift:
-        """Return the shift back to where a person outside of an image of (h, w) is at most."""
-        beyond = _BEYOND * self.height
+        """Return the shift back to where the widest silhouette touches an image of (h, w)."""
+        beyond = WIDEST / 2 * self.height
         dx = min(max(self.center_x, -beyond), shape[1] + beyond) - self.center_x
         dy = min(max(self.center_y, -beyond), shape[0] + beyond) - self.center_y
         return dx, dy
@@ -183,44 +131,48 @@ class Pose:
         """Return it as of a person who stands until they are seen to move again."""
         return replace(self, velocity=(0.0, 0.0), moves=0)
 
-    def fitted(
-        self, mask: NDArray[np.uint8], body: BodyFrame | None, bounds: Bounds | None = None
-    ) -> Pose:
+    def fitted(self, mask: NDArray[np.uint8], body: BodyFrame | None) -> Pose:
         """
         Return it with place and size corrected by a mask and the matched body.
 
-        :param mask: (h, w) uint8 0/255 of the working image.
+        :param mask: (h, w) uint8 0/255 of the working image, not all zero.
         :param body: the matched body in working pixels.
-        :param bounds: of the mask, if they are known.
         """
-        extent = extent_of(mask, (self.center_x, self.center_y), self.angle, bounds)
+        x, y, width, tall = bounding_box(mask)
+        at_bottom = y + tall >= mask.shape[0] - 1
+        rows, columns = np.nonzero(mask[y : y + tall, x : x + width])
+        # How far it reaches from the centre, along and across the body.
+        across, along = columns + (x + 0.5 - self.center_x), rows + (y + 0.5 - self.center_y)
         cos, sin = math.cos(self.angle), math.sin(self.angle)
-        tall, middle = extent.bottom - extent.top, (extent.top + extent.bottom) / 2
-        template_height, template_across, template_along = tall, extent.axis, middle
+        top, bottom = quantiles(cos * along - sin * across, (OUTERMOST, 1 - OUTERMOST))
+        left, axis, right = quantiles(cos * across + sin * along, (OUTERMOST, 0.5, 1 - OUTERMOST))
+        top, bottom, left, right = top - 0.5, bottom + 0.5, left - 0.5, right + 0.5
+        seen, middle = bottom - top, (top + bottom) / 2
+        template_height, template_across, template_along = seen, axis, middle
         if body is not None:
             dx, dy = body.center_x - self.center_x, body.center_y - self.center_y
             template_height = body.height
             template_across = cos * dx + sin * dy
             template_along = cos * dy - sin * dx
-        mean = 0.5 * template_height + 0.5 * tall
-        goal = max(template_height, tall) if extent.at_bottom else mean
+        mean = 0.5 * template_height + 0.5 * seen
+        goal = max(template_height, seen) if at_bottom else mean
         goal = min(max(goal, self.height / _MOST_GROWTH), _MOST_GROWTH * self.height)
         height = self.height + _POSE_RATE * (goal - self.height)
-        if extent.at_bottom:
+        if at_bottom:
             # More of the body is below the border: it is at least as tall as that.
-            least = max(tall, (extent.right - extent.left) / WIDEST)
+            least = max(seen, (right - left) / WIDEST)
             height = max(height, min(least, _MOST_GROWTH * self.mask_height))
-            along = extent.top + height / 2
+            down = top + height / 2
         else:
-            along = 0.5 * middle + 0.25 * template_along
-        across = 0.3 * template_across + 0.3 * extent.axis
+            down = 0.5 * middle + 0.25 * template_along
+        aside = 0.3 * template_across + 0.3 * axis
         return replace(
             self,
-            center_x=self.center_x + cos * across - sin * along,
-            center_y=self.center_y + (sin * across + cos * along),
+            center_x=self.center_x + cos * aside - sin * down,
+            center_y=self.center_y + (sin * aside + cos * down),
             height=height,
-            left=max(across - extent.left, 1.0),
-            right=max(extent.right - across, 1.0),
+            left=max(aside - left, 1.0),
+            right=max(right - aside, 1.0),
             mask_height=height,
         )
 
@@ -235,7 +187,7 @@ class Pose:
         height, left, right = (change * each for each in (self.height, self.left, self.right))
         return replace(self, height=height, left=left, right=right)
 
-    def tilted(self, mask: NDArray[np.uint8], bounds: Bounds | None = None) -> Pose:
+    def tilted(self, mask: NDArray[np.uint8]) -> Pose:
         """
         Return it with the tilt of a mask: its main axis, averaged over steps.
 
@@ -243,9 +195,8 @@ class Pose:
         upright people bags and shadows would pull it about.
 
         :param mask: (h, w) uint8 0/255 of the working image.
-        :param bounds: of the mask, if they are known.
         """
-        x, y, width, height = bounding_box(mask) if bounds is None else bounds
+        x, y, width, height = bounding_box(mask)
         if height > 0 and (y < 2 or y + height > mask.shape[0] - 2):
             return self
         measured = axis_tilt(mask[y : y + height, x : x + width])

@@ -17,7 +17,6 @@ import math
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
@@ -62,7 +61,7 @@ class MotionCue(Cue):
 
     def evidence(self, given: CueInput) -> NDArray[np.float32] | None:
         """Return log-likelihood ratios, see :meth:`Cue.evidence`."""
-        view, window, center = given.view, given.window, (given.pose.center_x, given.pose.center_y)
+        view, window, pose = given.view, given.window, given.pose
         recent = list(given.states)[-1 - MOTION_GAP :]
         state = next(each for each in recent if each.frame in view.frames)
         earlier = state.frame
@@ -78,15 +77,15 @@ class MotionCue(Cue):
         covered = np.zeros_like(stay)
         if earlier.people is not None:
             covered = motion.warped(earlier.people, window, cv2.BORDER_CONSTANT)
-        x, y = motion.carry(center[0] - dx, center[1] - dy)
-        apart = math.hypot(center[0] - x, center[1] - y)
+        x, y = motion.carry(pose.center_x - dx, pose.center_y - dy)
+        apart = math.hypot(pose.center_x - x, pose.center_y - y)
         kinds, evidence = np.empty_like(stay), np.empty(stay.shape, np.float32)
         _weigh(
             stay,
             move,
             covered,
             self._ratios(),
-            apart >= _LEAST_MOTION * given.pose.height,
+            apart >= _LEAST_MOTION * pose.height,
             given.config.motion_weight,
             kinds,
             evidence,
@@ -97,7 +96,14 @@ class MotionCue(Cue):
     def calibrate(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
         """Count pairs of differences on and beside the person, see :meth:`Cue.calibrate`."""
         beside = (cv2.dilate(person, np.ones((3, 3), np.uint8)) == 0).view(np.uint8)
-        counts = np.stack([_counted(values, at) for at in (person, beside)])
+        counts = np.stack(
+            [
+                cv2.calcHist([values], [0], at, [2 * _KINDS], [0, 2 * _KINDS])
+                .ravel()
+                .astype(float)
+                for at in (person, beside)
+            ]
+        )
         if not counts.any(axis=1).all():
             return
         self._masks += 1
@@ -116,26 +122,6 @@ class MotionCue(Cue):
         shares = shares / shares.sum(axis=2, keepdims=True) + _FLOOR
         ratios = np.log(shares[0] / shares[1])
         return np.clip(ratios, -_LIMIT, _LIMIT).astype(np.float32).ravel()
-
-
-def _counted(kinds: NDArray[np.uint8], where: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Return how often each pair of differences is where a mask is not 0."""
-    counts = cv2.calcHist([kinds], [0], where, [2 * _KINDS], [0, 2 * _KINDS])
-    return np.asarray(counts, np.float64).ravel()
-
-
-@njit(nogil=True, inline='always')
-def explained(stay: np.uint8, move: np.uint8) -> np.float32:
-    """
-    Return the evidence of a pixel that is explained better by one of two motions.
-
-    :param stay: difference from an earlier frame warped with the world.
-    :param move: that from it warped with the body.
-    :returns: within +-2, positive where the body explains more.
-    """
-    square = np.float32(np.int32(stay) ** 2 - np.int32(move) ** 2)
-    limit = np.float32(_LIMIT)
-    return min(max(square / np.float32(2 * _SIGMA**2), -limit), limit)
 
 
 @kernel('u1[:,::1], u1[:,::1], u1[:,::1], f4[::1], b1, f8, u1[:,::1], f4[:,::1]')
@@ -157,11 +143,13 @@ def _weigh(
     :param ratios: of the pairs, see :meth:`MotionCue._ratios`.
     :param better: whether the better explanation counts.
     """
+    limit, scale = np.float32(_LIMIT), np.float32(2 * _SIGMA**2)
     for row in range(stay.shape[0]):
         for col in range(stay.shape[1]):
             kind = _GRADES * _GRADE_OF[stay[row, col]] + _GRADE_OF[move[row, col]]
             kind += _KINDS if covered[row, col] > 127 else 0
             value = ratios[kind]
             if better:
-                value += explained(stay[row, col], move[row, col])
+                gain = np.float32(np.int32(stay[row, col]) ** 2 - np.int32(move[row, col]) ** 2)
+                value += min(max(gain / scale, -limit), limit)
             kinds[row, col], evidence[row, col] = kind, np.float32(weight) * value
