@@ -4,16 +4,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import ColourModel, body_rows, colour_bins
+from gait_segmentation.colour import ColourModel, colour_bins
 from gait_segmentation.geometry import BodyFrame, body_window
 from gait_segmentation.images import (
-    Bounds,
     Window,
     bounding_box,
     count_likely,
@@ -21,12 +20,11 @@ from gait_segmentation.images import (
     placed,
     shifted_part,
     shrink,
-    size_of,
 )
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.scene.scene import Frame, Shift, View
 from gait_segmentation.starting import FirstMask
-from gait_segmentation.tracking.appearance import Appearance, colour_signature
+from gait_segmentation.tracking.appearance import USUAL_RATE, Appearance, colour_signature
 from gait_segmentation.tracking.association import PixelClaim, beyond
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues import CueInput
@@ -35,23 +33,7 @@ from gait_segmentation.tracking.cues.motion import MotionCue
 from gait_segmentation.tracking.likelihood import log_ratio
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.track import WHOLE, State, Track
-from gait_segmentation.tracking.visibility import (
-    ALONE,
-    GUARD,
-    LEAST_SEEN,
-    Visibility,
-    mean_shift,
-)
-
-_AREA_RATE = 0.02
-"""
-Share by which the usual area moves towards that of a mask: of one of all of the person or not, or
-nothing would be learnt after a first mask that was far too large.
-"""
-
-_MOST_SEEN = 4.0
-"""Size of a mask, over that of the template, from which it is of more than the person."""
-
+from gait_segmentation.tracking.visibility import ALONE, GUARD, LEAST_SEEN, Visibility, mean_shift
 
 _MARGIN = 0.02
 """How far a mask may be off, in body heights: so far about it no background is learnt."""
@@ -73,10 +55,10 @@ class FusionTrack(Track):
     """
     One person, known by the masks that come back.
 
-    ``mask`` is the last one of all of the person and ``template`` that which came with it;
-    ``visible`` is what can be followed of the very last mask, and ``full`` the last one of a
-    person whom no border cuts, who is looked for by it.  A mask that comes late corrects the pose
-    by what it shows in its own frame, from which on the body went as it did.
+    ``visible`` is the very last mask, ``mask`` the last one of all of the person, with its
+    ``template``, and ``full`` the last one that no border cuts, by which who is lost is looked
+    for.  A mask that comes late corrects the pose by what it shows in its own frame, from which
+    on the body went as it did.
     """
 
     def __init__(
@@ -100,9 +82,12 @@ class FusionTrack(Track):
         self.colours, self.surroundings = (
             ColourModel(config.band_share, config.colour_floor) for _ in range(2)
         )
-        self._learn_first_colours(start.votes)
+        # What may be either counts for both, so that a leg missed at first can still be found.
+        inside = np.ascontiguousarray(start.votes[self.window])
+        outside = cv2.erode(1 - inside, np.ones((3, 3), np.uint8))
+        self._learn_colours(view.now, (inside, 1.0), (outside, 1.0))
         self.cues = (MotionCue(), heat_map or HeatMapCue())
-        self.appearance = Appearance(self._signature(start.mask, view.now, self.window))
+        self.appearance = Appearance(self._signature(start.mask, view.now))
 
     def expected_mask(self) -> NDArray[np.uint8]:
         """Return the last mask, moved along with the body."""
@@ -116,9 +101,9 @@ class FusionTrack(Track):
     def claim(self) -> PixelClaim | None:
         """Judge pixels by all cues."""
         pose, view, config, seen = self.pose, self.view, self.config, self.state == TRACKED
-        window = self.window
-        if not all(size_of(window)):
+        if self.is_outside:
             return None
+        window = self.window
         expected, lab = self.expected_mask(), view.now.image.lab_part(window)
         away = distance_from(expected > 127)
         template = strangers = None
@@ -139,19 +124,17 @@ class FusionTrack(Track):
             evidence = cue.evidence(CueInput(view, self.states, pose, window, logit, seen, config))
             if evidence is not None:
                 logit += evidence
-        hidden = not seen
-        return PixelClaim(window, logit, expected, away, pose.feet, pose.height, hidden, template)
+        return PixelClaim(
+            window, logit, expected, away, pose.feet, pose.height, not seen, template
+        )
 
     def refine(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:
         """Refine the place by mean shift, and see where the person ends."""
-        pose, window, gain = self.pose, claim.window, self.config.mean_shift_gain
         if self.seen >= WHOLE:
-            box = pose.box.shifted(-window[1].start, -window[0].start)
+            (rows, columns), gain = claim.window, self.config.mean_shift_gain
+            box = self.pose.box.shifted(-columns.start, -rows.start)
             shift = mean_shift(values, visibility.unoccluded, box)
             self.shift(gain * shift.dx, gain * shift.dy)
-            if self.view.is_late:
-                # The last mask is of an earlier frame: until a newer one comes, this is the size.
-                self.pose = self.pose.scaled(shift.scale)
         self.show(values, visibility, claim)
 
     def enter(self, state: str, reason: str) -> None:
@@ -168,17 +151,16 @@ class FusionTrack(Track):
 
     def looks_alike(self, mask: NDArray[np.uint8]) -> bool:
         """Return whether the colours in a mask are those of the person."""
-        return self.appearance.is_like(self._signature(mask, self.view.now, self.window))
+        return self.appearance.is_like(self._signature(mask, self.view.now))
 
     def similarity(self, start: FirstMask, frame: Frame) -> float:
         """Return how alike (0..1) the colours of a first mask in some frame are."""
-        body, shape = start.body, start.mask.shape
-        center = (body.center_x, body.center_y)
-        window = body_window(*center, body.height).slices(shape[1], shape[0])
-        part = start.mask[window]
-        rows = body_rows(part.shape, (window[1].start, window[0].start), center, body.height)
-        lab = frame.image.lab_part(window)
-        return self.appearance.similarity(colour_signature(lab, part, rows))
+        body = start.body
+        area = body_window(body.center_x, body.center_y, body.height)
+        window = area.slices(*start.mask.shape[::-1])
+        rows = Pose.of(body, start.box).rows(window)
+        signature = colour_signature(frame.image.lab_part(window), start.mask[window], rows)
+        return self.appearance.similarity(signature)
 
     def fade(self, chroma: float) -> None:
         """Go on as if all that is known of the colours had the same a* and b*."""
@@ -196,9 +178,14 @@ class FusionTrack(Track):
         """
         if feedback is None or self.state == LOST:
             return None
-        mask, template = working_masks(feedback, self.view.shape)
+        shape = self.view.shape
+        # Copies: they are kept, and who else has them may draw on them.
+        small = shrink(feedback.mask, shape)
+        mask = np.asarray(cv2.threshold(small, 127, 255, cv2.THRESH_BINARY)[1])
+        template = np.asarray(cv2.resize(feedback.shape_prior, shape[::-1]))
         self.visible = Silhouette(mask, state.displacement)
-        if not self._is_person(mask, template):
+        likely = count_likely(template[self.window])
+        if count_likely(mask[self.window]) <= max(LEAST_SEEN * likely, 9):
             return None
         # To where the body was in that frame.
         (x, y), (to_x, to_y) = state.displacement, self.displacement
@@ -232,6 +219,12 @@ class FusionTrack(Track):
         """
         Learn from a mask of all of the person in the frame of a state, with the pose of then.
 
+        The person's colours are those of the mask near the template, outside of which they must
+        not look as the surroundings do there, or as a shadow on them: a mask that takes in the
+        shadow at the feet would teach that it is the person's, and take in more of it.  The
+        surroundings' are those that do not touch the mask.
+
+        :param template: (H, W) uint8, above 127 on the body; without a body: not known.
         :param body: the matched body in working pixels.
         """
         frame, config = state.frame, self.config
@@ -243,72 +236,37 @@ class FusionTrack(Track):
         lab = frame.image.lab_part(window)
         foreground = background.contradicted(lab, window, config.shadow_floor)
         known = background.is_sure(window) & (foreground == 0)
-        self._learn_colours(lab, window, mask, template, known)
-        bounds = bounding_box(mask)
-        self.pose = self.pose.fitted(mask, body, bounds)
+        part, near = mask[window], template[window] > 127
+        inside = (part > 127) & (near | ~known)
+        if near.any():
+            inside &= distance_from(near) < GUARD * self.pose.height
+        outside = cv2.dilate(part, np.ones((3, 3), np.uint8)) <= 127
+        rates = config.person_colour_rate, config.colour_rate
+        self._learn_colours(frame, (inside, rates[0]), (outside, rates[1]))
+        self.pose = self.pose.fitted(mask, body)
         if config.use_tilt:
-            self.pose = self.pose.tilted(mask, bounds)
-        self.appearance.add(self._signature(mask, frame, self.window))
+            self.pose = self.pose.tilted(mask)
+        self.appearance.add(self._signature(mask, frame))
         if self.pose.share_inside(mask.shape) > ALONE:
             self.full = self.mask
 
-    def _learn_colours(
-        self,
-        lab: NDArray[np.uint8],
-        window: Window,
-        mask: NDArray[np.uint8],
-        template: NDArray[np.uint8],
-        known: NDArray[np.bool_],
-    ) -> None:
-        """
-        Learn the colours of person and surroundings from a mask.
+    def _learn_colours(self, frame: Frame, *taught: tuple[NDArray[Any], float]) -> None:
+        """Learn those of person and surroundings by (h, w) weights of the window and rates."""
+        bins = colour_bins(frame.image.lab_part(self.window))
+        for model, (weights, rate) in zip((self.colours, self.surroundings), taught, strict=True):
+            model.accumulate(bins, self.pose.rows(self.window), weights, rate)
 
-        The person's are those of the mask near the template, outside of which they must not look
-        as the surroundings do there, or as a shadow on them: a mask that takes in the shadow at
-        the feet would teach that it is the person's, and take in more of it.  The surroundings'
-        are those that do not touch the mask.
-
-        :param lab: (h, w, 3) uint8, the person's window of the working image.
-        :param mask: (H, W) uint8 0/255.
-        :param template: (H, W) uint8, above 127 on the body; without a body: not known.
-        :param known: (h, w) bool, where the surroundings are known to look like this.
-        """
-        part, body = mask[window], template[window] > 127
-        bins, rows = colour_bins(lab), self.pose.rows(window)
-        inside, outside = part > 127, cv2.dilate(part, np.ones((3, 3), np.uint8)) <= 127
-        if body.any():
-            inside &= distance_from(body) < GUARD * self.pose.height
-        inside &= body | ~known
-        self.colours.accumulate(bins, rows, inside, self.config.person_colour_rate)
-        self.surroundings.accumulate(bins, rows, outside, self.config.colour_rate)
-
-    def _learn_first_colours(self, votes: NDArray[np.float32]) -> None:
-        """
-        Learn the colours of person and surroundings from a first mask that is not sure.
-
-        What may be either counts for both, so that a leg missed at first can still be found.
-
-        :param votes: (h, w) float32, P(person) in 0..1.
-        """
-        window = self.window
-        bins, rows = colour_bins(self.view.now.image.lab_part(window)), self.pose.rows(window)
-        inside = np.ascontiguousarray(votes[window])
-        self.colours.accumulate(bins, rows, inside, 1.0)
-        outside = cv2.erode(1 - inside, np.ones((3, 3), np.uint8))
-        self.surroundings.accumulate(bins, rows, outside, 1.0)
-
-    def _signature(
-        self, mask: NDArray[np.uint8], frame: Frame, window: Window
-    ) -> NDArray[np.float32]:
+    def _signature(self, mask: NDArray[np.uint8], frame: Frame) -> NDArray[np.float32]:
         """Return what the person looks like in a mask of a frame, see ``colour_signature``."""
-        lab = frame.image.lab_part(window)
+        lab, window = frame.image.lab_part(self.window), self.window
         return colour_signature(lab, mask[window], self.pose.rows(window))
 
     def _shows_all(self, mask: NDArray[np.uint8]) -> bool:
         """Get used to the size of a mask; return whether it was large enough for all of them."""
         area = self._area_of(mask)
         share = area / max(self._usual_area, 1e-6)
-        self._usual_area += _AREA_RATE * (area - self._usual_area)
+        # In any case, or nothing would be learnt after a first mask that was far too large.
+        self._usual_area += USUAL_RATE * (area - self._usual_area)
         return share >= WHOLE
 
     def _area_of(self, mask: NDArray[np.uint8]) -> float:
@@ -316,40 +274,12 @@ class FusionTrack(Track):
         inside = max(self.pose.share_inside(mask.shape), 0.1)
         return count_likely(mask) / (inside * self.pose.height**2)
 
-    def _is_person(self, mask: NDArray[np.uint8], template: NDArray[np.uint8]) -> bool:
-        """Return whether a mask is of the size of a person, beside the template."""
-        area, expected = cv2.countNonZero(mask[self.window]), count_likely(template[self.window])
-        return max(LEAST_SEEN * expected, 9) < area < _MOST_SEEN * max(expected, 9)
 
-
-def working_masks(
-    feedback: Feedback, shape: tuple[int, int]
-) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return mask (0/255) and template at working size, (h, w) uint8, for the tracker alone."""
-    mask, prior = feedback.mask, feedback.shape_prior
-    # They are kept, and who else has them may draw on them.
-    if mask.shape == shape:
-        mask = mask.copy()
-    else:
-        mask = np.asarray(cv2.threshold(shrink(mask, shape), 127, 255, cv2.THRESH_BINARY)[1])
-    if prior.shape == shape:
-        return mask, prior.copy()
-    return mask, np.asarray(cv2.resize(prior, shape[::-1], interpolation=cv2.INTER_LINEAR))
-
-
-def grown(
-    mask: NDArray[np.uint8], height: float, bounds: Bounds | None = None
-) -> tuple[Window, NDArray[np.uint8]]:
-    """
-    Return a mask with a margin, where the person may be: a window and what is in it.
-
-    :param mask: (h, w) uint8.
-    :param height: of the body in pixels.
-    :param bounds: of the mask, if they are known.
-    """
+def grown(mask: NDArray[np.uint8], height: float) -> tuple[Window, NDArray[np.uint8]]:
+    """Return a mask with a margin, where a person of a height may be: a window and its part."""
     size = 2 * max(1, round(_MARGIN * height)) + 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-    x, y, width, tall = bounding_box(mask) if bounds is None else bounds
+    x, y, width, tall = bounding_box(mask)
     part = (
         slice(max(y - size, 0), min(y + tall + size, mask.shape[0])),
         slice(max(x - size, 0), min(x + width + size, mask.shape[1])),

@@ -7,28 +7,21 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import body_rows
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.images import (
-    Bounds,
-    Window,
-    axis_tilt,
-    bounding_box,
-    quantiles,
-    size_of,
-)
+from gait_segmentation.images import Window, axis_tilt, bounding_box, quantiles, size_of
 from gait_segmentation.scene.scene import Shift
+from gait_segmentation.tracking.visibility import OUTERMOST
 
-_OUTERMOST = 0.005
-"""Share of the pixels at each end that does not count."""
+_RATE = 0.1
+"""Share by which height, tilt and velocity move towards what a mask or a frame shows."""
 
-_POSE_RATE, _VELOCITY_RATE = 0.1, 0.2
-"""Share by which height and tilt, and the velocity, move towards what a mask or a frame shows."""
+SEARCH_HEIGHT = 32
+"""Height of the body in an image that is searched for its place, in pixels."""
 
 _LEAST_STEP_S = 0.02
 """Frames whose stamps are closer were not taken in so short a time: they tell no velocity."""
@@ -38,54 +31,11 @@ WIDEST = 0.6
 
 _MOST_GROWTH = 1.15
 """
-The most by which the height changes with a mask, and by which a person grows who is cut off by
-the lower border, of whom only the least height can be seen.
+Most by which the height changes with a mask: towards its height, or that of who is cut off below.
 """
 
-_BEYOND = 0.3
-"""How far outside of the image the centre of a person is expected at most, in body heights."""
-
-_TILT_ON, _TILT_OFF, _MOST_TILT = 0.16, 0.10, 0.5
-"""Tilt from which and down to which it is used, and the largest, in radians."""
-
-
-class Extent(NamedTuple):
-    """
-    How far a mask reaches from a point, along and across the body, in pixels.
-
-    The outermost 0.5 % of the pixels do not count.  ``axis`` is the median across; ``at_bottom``
-    tells that the mask ends at the lower border.
-    """
-
-    top: float
-    bottom: float
-    left: float
-    right: float
-    axis: float
-    at_bottom: bool
-
-
-def extent_of(
-    mask: NDArray[np.uint8],
-    center: tuple[float, float],
-    angle: float,
-    bounds: Bounds | None = None,
-) -> Extent:
-    """
-    Measure how far a mask reaches from a point, along and across a body of that tilt.
-
-    :param mask: (h, w) uint8, not all zero.
-    :param bounds: of the mask, if they are known.
-    """
-    first, upper, width, height = bounding_box(mask) if bounds is None else bounds
-    at_bottom = height > 0 and upper + height >= mask.shape[0] - 1
-    rows, columns = np.nonzero(mask[upper : upper + height, first : first + width])
-    right, down = columns + (first + 0.5 - center[0]), rows + (upper + 0.5 - center[1])
-    cos, sin = math.cos(angle), math.sin(angle)
-    along, across = cos * down - sin * right, cos * right + sin * down
-    top, bottom = quantiles(along, (_OUTERMOST, 1 - _OUTERMOST))
-    left, axis, far = quantiles(across, (_OUTERMOST, 0.5, 1 - _OUTERMOST))
-    return Extent(top - 0.5, bottom + 0.5, left - 0.5, far + 0.5, axis, at_bottom)
+_LEAST_TILT = 0.13
+"""Tilt from which it is used, in radians."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +46,7 @@ class Pose:
     ``left`` and ``right`` are how far the silhouette reaches from the body's axis.  ``velocity``
     is relative to the still world, in pixels per second, learnt from ``moves`` frames.  ``tilt``
     is the estimate of how far the axis leans, in radians, learnt from ``masks`` masks, and
-    ``angle`` what is used of it.  ``mask_height`` is the height at the last mask.
+    ``angle`` what is used of it.
     """
 
     center_x: float
@@ -109,15 +59,12 @@ class Pose:
     velocity: Shift = (0.0, 0.0)
     moves: int = 0
     masks: int = 0
-    mask_height: float = 0.0
 
     @classmethod
     def of(cls, body: BodyFrame, box: Box, tilt: float = 0.0) -> Pose:
         """Return the pose of a body in a tight box."""
-        left, right = body.center_x - box.x, box.right - body.center_x
-        x, y, height = body.center_x, body.center_y, body.height
-        sides = max(left, 1.0), max(right, 1.0)
-        return cls(x, y, height, *sides, tilt, tilt, mask_height=height)
+        left, right = max(body.center_x - box.x, 1.0), max(box.right - body.center_x, 1.0)
+        return cls(body.center_x, body.center_y, body.height, left, right, tilt, tilt)
 
     @cached_property
     def box(self) -> Box:
@@ -152,8 +99,8 @@ class Pose:
         return replace(self, center_x=self.center_x + dx, center_y=self.center_y + dy)
 
     def outside_by(self, shape: tuple[int, int]) -> Shift:
-        """Return the shift back to where a person outside of an image of (h, w) is at most."""
-        beyond = _BEYOND * self.height
+        """Return the shift back to where the widest silhouette touches an image of (h, w)."""
+        beyond = WIDEST / 2 * self.height
         dx = min(max(self.center_x, -beyond), shape[1] + beyond) - self.center_x
         dy = min(max(self.center_y, -beyond), shape[0] + beyond) - self.center_y
         return dx, dy
@@ -164,16 +111,10 @@ class Pose:
         return self.velocity[0] * seconds, self.velocity[1] * seconds
 
     def with_step(self, world: Shift, body: Shift, seconds: float) -> Pose:
-        """
-        Return it with the velocity corrected by a measured shift of the body.
-
-        :param world: shift of the still world at the body.
-        :param body: shift of the body in the image.
-        :param seconds: between the two frames.
-        """
+        """Return it with the velocity corrected by measured shifts of the world and the body."""
         if seconds < _LEAST_STEP_S:
             return self
-        rate = max(_VELOCITY_RATE, 1 / (self.moves + 1))
+        rate = max(_RATE, 1 / (self.moves + 1))
         x, y = self.velocity
         x += rate * ((body[0] - world[0]) / seconds - x)
         y += rate * ((body[1] - world[1]) / seconds - y)
@@ -183,73 +124,67 @@ class Pose:
         """Return it as of a person who stands until they are seen to move again."""
         return replace(self, velocity=(0.0, 0.0), moves=0)
 
-    def fitted(
-        self, mask: NDArray[np.uint8], body: BodyFrame | None, bounds: Bounds | None = None
-    ) -> Pose:
+    def fitted(self, mask: NDArray[np.uint8], body: BodyFrame | None) -> Pose:
         """
         Return it with place and size corrected by a mask and the matched body.
 
-        :param mask: (h, w) uint8 0/255 of the working image.
+        :param mask: (h, w) uint8 0/255 of the working image, not all zero.
         :param body: the matched body in working pixels.
-        :param bounds: of the mask, if they are known.
         """
-        extent = extent_of(mask, (self.center_x, self.center_y), self.angle, bounds)
+        x, y, width, tall = bounding_box(mask)
+        at_bottom = y + tall >= mask.shape[0] - 1
+        rows, columns = np.nonzero(mask[y : y + tall, x : x + width])
+        # How far it reaches from the centre, along and across the body.
+        across, along = columns + (x + 0.5 - self.center_x), rows + (y + 0.5 - self.center_y)
         cos, sin = math.cos(self.angle), math.sin(self.angle)
-        tall, middle = extent.bottom - extent.top, (extent.top + extent.bottom) / 2
-        template_height, template_across, template_along = tall, extent.axis, middle
+        top, bottom = quantiles(cos * along - sin * across, (OUTERMOST, 1 - OUTERMOST))
+        left, axis, right = quantiles(cos * across + sin * along, (OUTERMOST, 0.5, 1 - OUTERMOST))
+        top, bottom, left, right = top - 0.5, bottom + 0.5, left - 0.5, right + 0.5
+        seen, middle = bottom - top, (top + bottom) / 2
+        matched, matched_across, matched_along = seen, axis, middle
         if body is not None:
             dx, dy = body.center_x - self.center_x, body.center_y - self.center_y
-            template_height = body.height
-            template_across = cos * dx + sin * dy
-            template_along = cos * dy - sin * dx
-        mean = 0.5 * template_height + 0.5 * tall
-        goal = max(template_height, tall) if extent.at_bottom else mean
+            matched, matched_across, matched_along = (
+                body.height,
+                cos * dx + sin * dy,
+                cos * dy - sin * dx,
+            )
+        goal = max(matched, seen) if at_bottom else 0.5 * matched + 0.5 * seen
         goal = min(max(goal, self.height / _MOST_GROWTH), _MOST_GROWTH * self.height)
-        height = self.height + _POSE_RATE * (goal - self.height)
-        if extent.at_bottom:
+        height = self.height + _RATE * (goal - self.height)
+        if at_bottom:
             # More of the body is below the border: it is at least as tall as that.
-            least = max(tall, (extent.right - extent.left) / WIDEST)
-            height = max(height, min(least, _MOST_GROWTH * self.mask_height))
-            along = extent.top + height / 2
+            least = max(seen, (right - left) / WIDEST)
+            height = max(height, min(least, _MOST_GROWTH * self.height))
+            down = top + height / 2
         else:
-            along = 0.5 * middle + 0.25 * template_along
-        across = 0.3 * template_across + 0.3 * extent.axis
+            down = 0.5 * middle + 0.25 * matched_along
+        aside = 0.3 * matched_across + 0.3 * axis
         return replace(
             self,
-            center_x=self.center_x + cos * across - sin * along,
-            center_y=self.center_y + (sin * across + cos * along),
+            center_x=self.center_x + cos * aside - sin * down,
+            center_y=self.center_y + (sin * aside + cos * down),
             height=height,
-            left=max(across - extent.left, 1.0),
-            right=max(extent.right - across, 1.0),
-            mask_height=height,
+            left=max(aside - left, 1.0),
+            right=max(right - aside, 1.0),
         )
-
-    def scaled(self, scale: float) -> Pose:
-        """Return it at the size that mean shift measured, over that in the last mask."""
-        most = min(max(scale, 1 / _MOST_GROWTH), _MOST_GROWTH)
-        return self.grown(self.mask_height * most / self.height)
 
     def grown(self, ratio: float) -> Pose:
         """Return it as it follows a change of size: height now over height so far."""
-        change = max(1 + _POSE_RATE * (ratio - 1), 1 / self.height)
+        change = max(1 + _RATE * (ratio - 1), 1 / self.height)
         height, left, right = (change * each for each in (self.height, self.left, self.right))
         return replace(self, height=height, left=left, right=right)
 
-    def tilted(self, mask: NDArray[np.uint8], bounds: Bounds | None = None) -> Pose:
+    def tilted(self, mask: NDArray[np.uint8]) -> Pose:
         """
-        Return it with the tilt of a mask: its main axis, averaged over steps.
+        Return it with the tilt of a mask, (h, w) uint8: its main axis, averaged over steps.
 
-        The tilt is used only once it is large, and then until it is small again, because on
-        upright people bags and shadows would pull it about.
-
-        :param mask: (h, w) uint8 0/255 of the working image.
-        :param bounds: of the mask, if they are known.
+        Only a large tilt is used: on upright people bags and shadows would pull it about.
         """
-        x, y, width, height = bounding_box(mask) if bounds is None else bounds
+        x, y, width, height = bounding_box(mask)
         if height > 0 and (y < 2 or y + height > mask.shape[0] - 2):
             return self
-        measured = axis_tilt(mask[y : y + height, x : x + width])
-        rate = max(_POSE_RATE, 1 / (self.masks + 1))
-        tilt = self.tilt + rate * (min(max(measured, -_MOST_TILT), _MOST_TILT) - self.tilt)
-        angle = tilt if abs(tilt) > (_TILT_OFF if self.angle else _TILT_ON) else 0.0
+        rate = max(_RATE, 1 / (self.masks + 1))
+        tilt = self.tilt + rate * (axis_tilt(mask[y : y + height, x : x + width]) - self.tilt)
+        angle = tilt if abs(tilt) > _LEAST_TILT else 0.0
         return replace(self, tilt=tilt, angle=angle, masks=self.masks + 1)

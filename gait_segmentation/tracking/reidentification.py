@@ -15,17 +15,15 @@ from gait_segmentation.scene.scene import Shift
 from gait_segmentation.tracking.association import PixelClaim
 from gait_segmentation.tracking.fusion import FusionTrack
 from gait_segmentation.tracking.likelihood import likelihood_image, log_ratio
+from gait_segmentation.tracking.pose import SEARCH_HEIGHT
 from gait_segmentation.tracking.track import Track
 from gait_segmentation.tracking.visibility import ALONE, LEAST_SEEN, Visibility
 
-_FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.12, 0.5, 0.35
+_FOUND_SHARE, _FOUND_CONTRAST = 0.12, 0.35
 """
-What a lost person must show to be found: unoccluded share, likelihood, and contrast.  The first is
-what a search must score, too, since what is hidden adds nothing.
+What a lost person must show to be found: unoccluded share, and contrast.  The first is what a
+search must score, too, since what is hidden adds nothing.
 """
-
-_SEARCH_HEIGHT = 32
-"""Height of the body in the image that is searched, in pixels."""
 
 _FAR_COST = 0.08
 """What a body height away from the expected place costs."""
@@ -40,18 +38,17 @@ def reacquire(
     """
     Look for the person who is lost: where expected, then all over the image.
 
-    :param claim: what was judged where the person is expected, None if nothing was.
-    :param likelihood: (h, w) uint8 of that after competing with others, None likewise.
+    :param claim: where the person is expected, None if that is outside.
+    :param likelihood: (h, w) uint8 of that after association, None likewise.
     :param taken: (h, w) uint8, non-zero where others are.
-    :returns: the likelihood, (h, w) uint8, if the person was found.  Else None, and the person is
-        where expected; only the confidence tells what was seen.
+    :returns: the likelihood, (h, w) uint8, None if the person was not found.
     """
     if claim is not None and likelihood is not None and _shows(track, claim, likelihood, taken):
         return likelihood
-    found = _search(track, taken) if isinstance(track, FusionTrack) else None
-    if found is None:
+    shift = _search(track, taken) if isinstance(track, FusionTrack) else None
+    if shift is None:
         return None
-    dx, dy = found
+    dx, dy = shift
     track.shift(dx, dy)
     claim = track.claim()
     if claim is not None:
@@ -68,23 +65,23 @@ def reacquire(
 def _shows(
     track: Track, claim: PixelClaim, likelihood: NDArray[np.uint8], taken: NDArray[np.uint8]
 ) -> bool:
-    """
-    Return whether the person, and no one else, can be seen at the place; then track them there.
-
-    If not, nothing but the confidence changes.
-    """
+    """Return whether the person, and no one else, can be seen at the place; then track them."""
     shape = track.view.shape
     if track.pose.share_inside(shape) < LEAST_SEEN:
         return False
     window = claim.window
     values, rivals = likelihood[window], taken[window]
-    visibility = Visibility.of(values, claim.mask, rivals, rivals)
+    visibility = Visibility.of(values, claim.mask, rivals)
     track.confidence = visibility.confidence
     # Who is not behind others may be beside or above something that stands there.
     lab, floor = track.view.now.image.lab_part(window), track.config.shadow_floor
     foreground = track.view.background.contradicted(lab, window, floor)
-    before = visibility.share > ALONE and _stands_out(visibility.before(foreground, values))
-    if not (before or _stands_out(visibility)):
+    visible = [visibility]
+    if visibility.share > ALONE:
+        visible.append(visibility.where(foreground > 0, values))
+    if not any(
+        part.share >= _FOUND_SHARE and part.contrast >= _FOUND_CONTRAST for part in visible
+    ):
         return False
     likely = np.zeros(shape, np.uint8)
     likely[window] = np.where(values > 127, visibility.unoccluded, 0)
@@ -94,16 +91,6 @@ def _shows(
     return True
 
 
-def _stands_out(visibility: Visibility) -> bool:
-    """Return whether enough is seen, likely, and more so than what is around."""
-    contrast = visibility.inside - visibility.outside
-    return (
-        visibility.share >= _FOUND_SHARE
-        and visibility.inside >= _FOUND_INSIDE
-        and contrast >= _FOUND_CONTRAST
-    )
-
-
 def _search(track: FusionTrack, taken: NDArray[np.uint8]) -> Shift | None:
     """
     Look for the last silhouette of all of the person all over the newest frame.
@@ -111,14 +98,13 @@ def _search(track: FusionTrack, taken: NDArray[np.uint8]) -> Shift | None:
     :returns: how far from the expected place the person seems to be, in pixels, if anywhere.
     """
     pose, view = track.pose, track.view
-    step = max(1, round(pose.height / _SEARCH_HEIGHT))
+    step = max(1, round(pose.height / SEARCH_HEIGHT))
     every = slice(None, None, step), slice(None, None, step)
     lab = view.now.image.lab_part(every)
     shape, height = (lab.shape[0], lab.shape[1]), pose.height / step
-    center_x, center_y = pose.center_x / step, pose.center_y / step
     logit = log_ratio(
         lab,
-        body_rows(shape, (0, 0), (center_x, center_y), height),
+        body_rows(shape, (0, 0), (pose.center_x / step, pose.center_y / step), height),
         every,
         view.background,
         track.colours,

@@ -3,10 +3,9 @@
 """
 What a likelihood image shows of a person: how much, where, and how far it went.
 
-The last is measured by mean shift with scale (Comaniciu, Ramesh and Meer 2003; Bradski 1998).
-With the flat kernel it moves a window to the centroid of the weights in it.  A
-walker's centroid is not the centre of the window and its mass depends on the build, so both are
-compared with those of a reference: the mask the person had last.
+The last is measured by mean shift with scale (Comaniciu, Ramesh and Meer 2003; Bradski 1998), with
+a flat kernel.  A walker's centroid is not the centre of the window and the mass depends on the
+build, so both are compared with those of a reference: the mask the person had last.
 """
 
 from __future__ import annotations
@@ -28,11 +27,11 @@ GUARD = 0.05
 LEAST_SEEN = 0.25
 """Share of a person below which nothing is known: neither learnt nor followed."""
 
-_ITERATIONS, _DONE_PX = 10, 0.25
-"""Most steps of mean shift, and the step that is the last."""
+_STEPS = 3
+"""Steps of mean shift in a frame."""
 
-_OUTERMOST = 0.005
-"""Share of the likely pixels on each side that the box about them leaves out."""
+OUTERMOST = 0.005
+"""Share of the pixels on each side that does not count where a person is measured."""
 
 ALONE = 0.9
 """Share that must not be hidden by others, so that what hides the rest is the background."""
@@ -45,7 +44,7 @@ class Visibility:
 
     ``unoccluded`` is (h, w) uint8 0/255, the expected mask without what others hide, and
     ``share`` its share of that mask.  ``inside`` and ``outside`` are the mean likelihoods (0..1)
-    in what is unoccluded and around the person.
+    in what is unoccluded and around the person and whoever hides them.
     """
 
     unoccluded: NDArray[np.uint8]
@@ -59,7 +58,6 @@ class Visibility:
         values: NDArray[np.uint8],
         expected: NDArray[np.uint8],
         occluder: NDArray[np.uint8] | None,
-        apart: NDArray[np.uint8] | None = None,
     ) -> Visibility:
         """
         Measure a window.
@@ -67,39 +65,37 @@ class Visibility:
         :param values: (h, w) uint8 likelihood.
         :param expected: (h, w) uint8 0/255, where the person is expected.
         :param occluder: non-zero where others hide the person, None if nowhere.
-        :param apart: non-zero where it is neither the person nor around, None if nowhere.
         """
-        unoccluded, share = expected, 1.0
-        if occluder is not None:
-            unoccluded = cv2.bitwise_and(expected, cv2.bitwise_not(occluder))
-            share = cv2.countNonZero(unoccluded) / max(cv2.countNonZero(expected), 1)
-        person = expected if apart is None else cv2.bitwise_or(expected, apart)
+        person = expected if occluder is None else expected | occluder
+        outside = cv2.mean(values, ~person)[0] / 255
+        whole = cls(expected, 1.0, cv2.mean(values, expected)[0] / 255, outside)
+        return whole if occluder is None else whole.where(occluder == 0, values)
+
+    def where(self, visible: NDArray[np.bool_], values: NDArray[np.uint8]) -> Visibility:
+        """
+        Return the visibility of what can be seen in part of the window only.
+
+        :param values: (h, w) uint8 likelihood.
+        """
+        unoccluded = np.where(visible, self.unoccluded, np.uint8(0))
+        share = cv2.countNonZero(unoccluded) / max(cv2.countNonZero(self.unoccluded), 1)
         inside = cv2.mean(values, unoccluded)[0] / 255
-        return cls(unoccluded, share, inside, cv2.mean(values, cv2.bitwise_not(person))[0] / 255)
+        return Visibility(unoccluded, self.share * share, inside, self.outside)
 
     @property
     def seen(self) -> float:
         """Return the share of the person that can be seen."""
         return self.share * self.inside
 
-    def before(self, known: NDArray[np.uint8], values: NDArray[np.uint8]) -> Visibility:
-        """
-        Return the visibility of what is not hidden by something that stands still, either.
-
-        :param known: (h, w) uint8, non-zero where the frame does not look like what is known to
-            be there.
-        :param values: (h, w) uint8 likelihood.
-        """
-        unoccluded = np.where(known > 0, self.unoccluded, 0).astype(np.uint8)
-        count = cv2.countNonZero(unoccluded)
-        share = self.share * count / max(cv2.countNonZero(self.unoccluded), 1)
-        inside = cv2.mean(values, unoccluded)[0] / 255 if count else 0.0
-        return Visibility(unoccluded, share, inside, self.outside)
+    @property
+    def contrast(self) -> float:
+        """Return how much likelier the person is than what is around."""
+        return self.inside - self.outside
 
     @property
     def confidence(self) -> float:
         """Return how well the person stands out, of which what is hidden takes its share."""
-        return self.share * max(0.0, self.inside - self.outside)
+        return self.share * max(0.0, self.contrast)
 
 
 def visible_box(
@@ -113,16 +109,15 @@ def visible_box(
     Return the tight box of the likely pixels near a mask, None if they are few.
 
     :param values: (h, w) uint8 likelihood of the window.
-    :param mask: (h, w) uint8 0/255 of the same pixels, what of the person is not hidden.
-    :param away: (h, w) float32, how far they are beside the person expected.
-    :param window: the window's rows and columns in the image.
+    :param mask: (h, w) uint8 0/255, what of the person is not hidden.
+    :param away: (h, w) float32, how far beside the person expected pixels are.
     :param height: of the body in pixels.
     """
     likely = ((values > 127) & (away <= max(1.0, GUARD * height))).view(np.uint8)
     if cv2.countNonZero(likely) < max(1.0, LEAST_SEEN * cv2.countNonZero(mask)):
         return None
     (top, bottom), (left, right) = (
-        inner_range(cv2.reduce(likely, axis, cv2.REDUCE_SUM, dtype=cv2.CV_32S), _OUTERMOST)
+        inner_range(cv2.reduce(likely, axis, cv2.REDUCE_SUM, dtype=cv2.CV_32S), OUTERMOST)
         for axis in (1, 0)
     )
     return Box(window[1].start + left, window[0].start + top, right - left, bottom - top)
@@ -131,9 +126,9 @@ def visible_box(
 class WindowShift(NamedTuple):
     """Where the weights went, in pixels, and the ratio of sizes: the root of the masses'."""
 
-    dx: float = 0.0
-    dy: float = 0.0
-    scale: float = 1.0
+    dx: float
+    dy: float
+    scale: float
 
 
 def mean_shift(
@@ -148,16 +143,13 @@ def mean_shift(
     :returns: the shift; zero if weights or reference are empty in the window.
     """
     mass, from_x, from_y = _moments(reference, window)
-    found, dx, dy = 0.0, 0.0, 0.0
-    for _ in range(_ITERATIONS if mass else 0):
+    dx, dy, scale = 0.0, 0.0, 1.0
+    for _ in range(_STEPS):
         found, x, y = _moments(weights, window.shifted(dx, dy))
-        if not found:
-            break
-        step_x, step_y = x - from_x - dx, y - from_y - dy
-        dx, dy = dx + step_x, dy + step_y
-        if max(abs(step_x), abs(step_y)) < _DONE_PX:
-            break
-    return WindowShift(dx, dy, math.sqrt(found / mass)) if found else WindowShift()
+        if not (mass and found):
+            return WindowShift(0.0, 0.0, 1.0)
+        dx, dy, scale = x - from_x, y - from_y, math.sqrt(found / mass)
+    return WindowShift(dx, dy, scale)
 
 
 def _moments(weights: NDArray[np.uint8], window: Box) -> tuple[float, float, float]:
@@ -165,8 +157,6 @@ def _moments(weights: NDArray[np.uint8], window: Box) -> tuple[float, float, flo
     left, top = max(round(window.x), 0), max(round(window.y), 0)
     right, bottom = round(window.x) + round(window.width), round(window.y) + round(window.height)
     part = weights[top : max(bottom, 0), left : max(right, 0)]
-    moments = cv2.moments(part) if part.size else {'m00': 0.0}
+    moments = cv2.moments(part) if part.size else dict.fromkeys(('m00', 'm10', 'm01'), 0.0)
     mass = moments['m00']
-    if not mass:
-        return 0.0, 0.0, 0.0
-    return mass, left + moments['m10'] / mass, top + moments['m01'] / mass
+    return mass, left + moments['m10'] / (mass or 1), top + moments['m01'] / (mass or 1)

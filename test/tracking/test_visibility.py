@@ -31,12 +31,12 @@ def test_what_others_hide_is_not_seen() -> None:
 def test_what_stands_before_a_person_is_not_looked_at() -> None:
     mask, likely = block(4, 10, 24, 50), block(4, 10, 9, 50)
     sight = Visibility.of(likely, mask, None)
-    part = sight.before(block(4, 0, 9, 60, 1), likely)
+    part = sight.where(block(4, 0, 9, 60, 1) > 0, likely)
     assert (part.share, part.inside) == pytest.approx((0.25, 1.0))
     assert part.seen == pytest.approx(sight.seen)
-    assert sight.before(np.zeros_like(mask), likely).seen == 0
+    assert sight.where(mask < 0, likely).seen == 0
     behind = Visibility.of(likely, mask, block(0, 0, 30, 25))
-    assert behind.before(block(4, 0, 9, 60, 1), likely).share == pytest.approx(0.5 * 0.25)
+    assert behind.where(block(4, 0, 9, 60, 1) > 0, likely).share == pytest.approx(0.5 * 0.25)
 
 
 def test_the_box_is_about_the_likely_pixels_near_the_mask() -> None:

@@ -3,21 +3,17 @@
 """
 Motion: what moves with the body, what stays with the world, and what does neither.
 
-An earlier frame is warped to this one twice, with the world and with the body, and both are
-compared with it.  Two things are made of the two differences.  A pixel belongs to the motion that
-explains it better, which needs no learning.  And how often each pair of differences was seen on
-the person and beside it, apart for what the person had covered in the earlier frame and what not,
-is counted from the masks: an arm that swings moves otherwise than the body, leaves do so beside
-it, and a wall that the first mask took for a coat does not move at all.
+An earlier frame is warped to this one with the world and with the body.  A pixel belongs to the
+motion that explains it better, which needs no learning.  And how often each pair of differences
+was seen on the person and beside it, apart for what the person had covered in the earlier frame
+and what not, is counted from the masks: an arm that swings moves otherwise than the body, leaves
+do so beside it, and a wall that the first mask took for a coat does not move at all.
 """
 
 from __future__ import annotations
 
-import math
-
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
@@ -25,30 +21,26 @@ from gait_segmentation.scene.scene import MOTION_GAP
 from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.tracking.cues import Cue, CueInput
 
-_LEAST_MOTION = 0.02
-"""Motion of the body against the world from which the better explanation counts, in heights."""
-
 _SIGMA = 12.0
 """Spread of the difference of a pixel that is explained, in grey levels."""
 
 _LIMIT = 2.0
 """Largest log-likelihood ratio of either part, before it is weighed."""
 
-_EDGES = (2, 4, 7, 12, 20)
-"""Differences, in grey levels, above which the next grade begins; about a factor apart."""
+_GRADE_OF = np.log2(np.arange(256) + 1).astype(np.uint8)
+"""Grade of a difference in grey levels: each begins a factor of two above the last."""
 
-_GRADES = len(_EDGES) + 1
+_GRADES = int(_GRADE_OF[-1]) + 1
 _KINDS = _GRADES**2
-_GRADE_OF = np.searchsorted(_EDGES, np.arange(256)).astype(np.uint8)
 
 _RATE = 0.1
 """Least share by which the counts move towards those of a frame."""
 
-_FEW = 0.02
-"""Share of the pixels of either kind from which their own differences count, not those of all."""
-
 _FLOOR = 0.01
-"""Share of the pixels of either kind that may show any pair of differences."""
+"""
+Share of the pixels of either kind that may show any pair of differences, and from which their own
+differences count, not those of all.
+"""
 
 
 class MotionCue(Cue):
@@ -62,7 +54,7 @@ class MotionCue(Cue):
 
     def evidence(self, given: CueInput) -> NDArray[np.float32] | None:
         """Return log-likelihood ratios, see :meth:`Cue.evidence`."""
-        view, window, center = given.view, given.window, (given.pose.center_x, given.pose.center_y)
+        view, window = given.view, given.window
         recent = list(given.states)[-1 - MOTION_GAP :]
         state = next(each for each in recent if each.frame in view.frames)
         earlier = state.frame
@@ -72,32 +64,28 @@ class MotionCue(Cue):
         motion, (dx, dy) = view.motion_since(earlier), given.moved(state)
         stays = motion.warped(earlier.image.gray, window)
         body = WorldMotion(np.array([[1, 0, dx], [0, 1, dy], [0, 0, 1]]))
-        moves = body.warped(earlier.image.gray, window)
-        gray = view.now.image.gray[window]
+        moves, gray = body.warped(earlier.image.gray, window), view.now.image.gray[window]
         stay, move = (cv2.blur(cv2.absdiff(gray, each), (3, 3)) for each in (stays, moves))
         covered = np.zeros_like(stay)
         if earlier.people is not None:
             covered = motion.warped(earlier.people, window, cv2.BORDER_CONSTANT)
-        x, y = motion.carry(center[0] - dx, center[1] - dy)
-        apart = math.hypot(center[0] - x, center[1] - y)
         kinds, evidence = np.empty_like(stay), np.empty(stay.shape, np.float32)
-        _weigh(
-            stay,
-            move,
-            covered,
-            self._ratios(),
-            apart >= _LEAST_MOTION * given.pose.height,
-            given.config.motion_weight,
-            kinds,
-            evidence,
-        )
+        weight = given.config.motion_weight
+        _weigh(stay, move, covered, self._ratios(), weight, kinds, evidence)
         self.note(given, kinds)
         return evidence
 
     def calibrate(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
         """Count pairs of differences on and beside the person, see :meth:`Cue.calibrate`."""
         beside = (cv2.dilate(person, np.ones((3, 3), np.uint8)) == 0).view(np.uint8)
-        counts = np.stack([_counted(values, at) for at in (person, beside)])
+        counts = np.stack(
+            [
+                cv2.calcHist([values], [0], at, [2 * _KINDS], [0, 2 * _KINDS])
+                .ravel()
+                .astype(float)
+                for at in (person, beside)
+            ]
+        )
         if not counts.any(axis=1).all():
             return
         self._masks += 1
@@ -111,40 +99,18 @@ class MotionCue(Cue):
         shares = self._shares.reshape(2, 2, _KINDS)
         # Among what was covered and what was not: where the person was is no evidence.  Of what
         # is seldom seen, as nothing that was covered is beside a person who stands, as of all.
-        every = shares.sum(axis=1, keepdims=True)
-        shares = shares + _FEW * every
+        shares = shares + _FLOOR * shares.sum(axis=1, keepdims=True)
         shares = shares / shares.sum(axis=2, keepdims=True) + _FLOOR
         ratios = np.log(shares[0] / shares[1])
         return np.clip(ratios, -_LIMIT, _LIMIT).astype(np.float32).ravel()
 
 
-def _counted(kinds: NDArray[np.uint8], where: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """Return how often each pair of differences is where a mask is not 0."""
-    counts = cv2.calcHist([kinds], [0], where, [2 * _KINDS], [0, 2 * _KINDS])
-    return np.asarray(counts, np.float64).ravel()
-
-
-@njit(nogil=True, inline='always')
-def explained(stay: np.uint8, move: np.uint8) -> np.float32:
-    """
-    Return the evidence of a pixel that is explained better by one of two motions.
-
-    :param stay: difference from an earlier frame warped with the world.
-    :param move: that from it warped with the body.
-    :returns: within +-2, positive where the body explains more.
-    """
-    square = np.float32(np.int32(stay) ** 2 - np.int32(move) ** 2)
-    limit = np.float32(_LIMIT)
-    return min(max(square / np.float32(2 * _SIGMA**2), -limit), limit)
-
-
-@kernel('u1[:,::1], u1[:,::1], u1[:,::1], f4[::1], b1, f8, u1[:,::1], f4[:,::1]')
+@kernel('u1[:,::1], u1[:,::1], u1[:,::1], f4[::1], f8, u1[:,::1], f4[:,::1]')
 def _weigh(
     stay: NDArray[np.uint8],
     move: NDArray[np.uint8],
     covered: NDArray[np.uint8],
     ratios: NDArray[np.float32],
-    better: bool,
     weight: float,
     kinds: NDArray[np.uint8],
     evidence: NDArray[np.float32],
@@ -155,13 +121,12 @@ def _weigh(
     :param stay, move: differences from the earlier frame warped with the world and the body.
     :param covered: above 127 where the person was in that.
     :param ratios: of the pairs, see :meth:`MotionCue._ratios`.
-    :param better: whether the better explanation counts.
     """
+    limit, scale = np.float32(_LIMIT), np.float32(2 * _SIGMA**2)
     for row in range(stay.shape[0]):
         for col in range(stay.shape[1]):
             kind = _GRADES * _GRADE_OF[stay[row, col]] + _GRADE_OF[move[row, col]]
             kind += _KINDS if covered[row, col] > 127 else 0
-            value = ratios[kind]
-            if better:
-                value += explained(stay[row, col], move[row, col])
+            better = np.float32(np.int32(stay[row, col]) ** 2 - np.int32(move[row, col]) ** 2)
+            value = ratios[kind] + min(max(better / scale, -limit), limit)
             kinds[row, col], evidence[row, col] = kind, np.float32(weight) * value
