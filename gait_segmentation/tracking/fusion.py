@@ -184,8 +184,9 @@ class FusionTrack(Track):
         mask = np.asarray(cv2.threshold(small, 127, 255, cv2.THRESH_BINARY)[1])
         template = np.asarray(cv2.resize(feedback.shape_prior, shape[::-1]))
         self.visible = Silhouette(mask, state.displacement)
-        likely = count_likely(template[self.window])
-        if count_likely(mask[self.window]) <= max(LEAST_SEEN * likely, 9):
+        area, likely = (count_likely(each[self.window]) for each in (mask, template))
+        # Too little to tell anything, or far more than a person.
+        if not max(LEAST_SEEN * likely, 9) < area < max(likely / LEAST_SEEN, 36):
             return None
         # To where the body was in that frame.
         (x, y), (to_x, to_y) = state.displacement, self.displacement
