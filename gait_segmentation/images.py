@@ -240,17 +240,20 @@ def inner_range(counts: NDArray[np.integer], share: float) -> tuple[int, int]:
     return int(first), int(last) + 1
 
 
-def tanimoto(shapes: NDArray[np.uint8], shape: NDArray[np.uint8]) -> NDArray[np.float64]:
+def tanimoto(
+    shapes: NDArray[np.uint8], shape: NDArray[np.uint8], beyond: int = 0
+) -> NDArray[np.float64]:
     """
     Return the Tanimoto similarity of shapes with one (paper, Eq. 1), 0 to 1.
 
     :param shapes: (..., h, w) uint8.
     :param shape: (h, w) uint8.
+    :param beyond: sum of what of the one lies beyond these pixels, where the others are zero.
     """
     flat = np.ascontiguousarray(shapes).reshape(-1, shape.size)
     common, either = np.zeros((2, len(flat)), np.int64)
     _overlaps(flat, shape.ravel(), common, either)
-    return (common / np.maximum(either, 1)).reshape(shapes.shape[:-2])
+    return (common / np.maximum(either + beyond, 1)).reshape(shapes.shape[:-2])
 
 
 @kernel('u1[:,::1], u1[::1], i8[::1], i8[::1]')

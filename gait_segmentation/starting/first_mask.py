@@ -4,13 +4,13 @@
 The first mask from a box alone: a joint estimate over views, colours and the cut.
 
 For each direction of walking, expectation maximisation alternates between the colours of person
-and surroundings, the weights of the templates laid onto the box, and a graph cut.  Where a border
-of the image cuts the body, and in a box that is broad for a walker (a person who sits, or behind a
-table), taller bodies are tried, too.  All then vote, each with a weight by how surely the colours
-it has learnt decide about the pixels, and by how little its mask falls short of the sides of the
-box: a tight box is touched on all of them (Lempitsky et al., Image Segmentation with a Bounding
-Box Prior, ICCV 2009).  If the mask leans, be it little, the best hypothesis is tried once more
-with templates that lean as much.
+and surroundings, the weights of the templates laid onto the box, and a graph cut.  In a box that
+is broad for a walker, bodies taller than it (a person who sits, or behind a table) and bodies at
+either side of it (a person who reaches out) are tried, too.  All then vote, each with a weight by
+how surely the colours it has learnt decide about the pixels, and by how little its mask falls
+short of the sides of the box: a tight box is touched on all of them (Lempitsky et al., Image
+Segmentation with a Bounding Box Prior, ICCV 2009).  If the mask leans, be it little, the best
+directions are tried once more with templates that lean as much.
 
 A pixel inside the box may be connected with what is outside of it: the minimum barrier distance
 (Strand, Ciesielski, Malmberg and Saha, CVIU 2013; by raster scans as in Zhang et al., ICCV 2015)
@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import BANDS, ColourModel, body_rows, colour_bins
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import BodyFrame, Box, body_window
-from gait_segmentation.images import axis_tilt, size_of, tanimoto
+from gait_segmentation.images import axis_tilt, size_of
 from gait_segmentation.kernels import kernel
 from gait_segmentation.segmentation.graph_cut import (
     contrast_links,
@@ -45,7 +45,7 @@ from gait_segmentation.starting.hypotheses import VIEWS, Hypothesis, lay_onto
 _HEIGHT = 70
 """
 Height in pixels to which a taller person is scaled down for the estimate, and a broader one until
-the width is half of that.
+its width is 0.75 of that.
 """
 
 _ROUNDS = 3
@@ -56,21 +56,22 @@ _PRIOR = 0.45
 _TEMPERATURE = 0.03
 _MASK_SHARE = 0.9
 _VOTE = 0.1
-"""How much less sure a result is that has a third of the votes."""
+"""How much less sure a result is that has a third of the votes, see :meth:`Scene.maximise`."""
 
-_BROAD, _TALLER = 0.5, (1.5, 2.2)
+_STANCES = ((1.5, 0.0), (2.2, 0.0), (1.0, -1.0), (1.0, 1.0))
+_STANCES_FROM = 0.5
 """
-Width over height from which a box may show less than a whole body, and the heights of bodies tried
-then, and of those that the upper or lower border cuts, in heights of the box.
+What else is tried in boxes broader than this for their height: how tall the body is for the box,
+and to which side it stands, as far as there is room.
 """
 
 _TILTED, _MOST_TILT = 0.05, 0.5
-"""Lean from which, and up to which, leaning templates are tried, in radians."""
-
-_LOOSE = 0.06
+_BORDER_PX, _BORDER = 2, 0.09
+_BROAD = 0.75
 """
-How far a given box may be off, as a share of its size: it ends at a border of the image that is
-less far away, and beyond it there may be something of the person that stands out.
+How close to the border of the image a box ends there: in pixels, and of a box broader than a whole
+body, which has this width over its height, as a share of its size.  The margin that a given box is
+shrunk by is less.
 """
 
 _TALLEST = 4.0
@@ -84,6 +85,9 @@ _LIMIT = 4.0
 """Probability of a colour never seen, and most that colours say, as a logarithm."""
 
 _CONTRAST = 2.0
+_ROOM = 0.06
+"""How far beyond the box there may be something of the person that stands out, in heights."""
+
 _FAR = np.float32(1e9)
 _LEVEL, _TEXTURE_GAIN = 15.0, 0.7
 """Barrier that says nothing: a constant and a share of the texture's range of colours."""
@@ -138,23 +142,23 @@ def estimate_first_mask(
         for image in (lab, evidence)
     )
     small = box.shifted(-window[1].start, -window[0].start).scaled(scale)
-    estimator = MaskEstimator(lab, small, evidence)
-    whole = not any(cuts[:2]) and box.width <= _BROAD * box.height
-    ways = [
-        partial(lay_onto, small, bank, (rows, columns), cuts, view, taller, beyond)
-        for taller in ((1.0,) if whole else (1.0, *_TALLER))
-        for beyond in sorted({False, cuts[2] != cuts[3]})
-        for view in VIEWS
-    ]
-    found = [estimator.maximise(lay()) for lay in ways]
+    scene = Scene.about(lab, small, evidence)
+    lay = partial(lay_onto, small, bank, (rows, columns), cuts)
+    hypotheses = [lay(view) for view in VIEWS]
+    if box.width > _STANCES_FROM * box.height:
+        for taller, aside in _STANCES:
+            # How far a body goes on beyond a border of the image is tried in any case.
+            if aside or not any(cuts[:2]):
+                hypotheses += [lay(view, taller=taller, aside=aside) for view in VIEWS]
+    found = [scene.maximise(each) for each in hypotheses]
     tilt = axis_tilt((_vote(found) > 0.5).astype(np.uint8))
     tilt = min(max(tilt, -_MOST_TILT), _MOST_TILT)
     if use_tilt and abs(tilt) > _TILTED:
         # Only now, because upright people would be mistaken for leaning ones.
         likely = max(range(len(found)), key=lambda number: found[number][0])
-        estimator.lean(tilt)
-        # As tall as the box, as the first of the ways are.
-        found.append(estimator.maximise(ways[likely % len(VIEWS)](angle=tilt)))
+        center = small.center_x, small.center_y
+        scene = replace(scene, rows=body_rows(lab.shape[:2], (0, 0), center, small.height, tilt))
+        found.append(scene.maximise(lay(hypotheses[likely].view, tilt)))
     votes = np.zeros(shape, np.float32)
     across = size_of(window)[::-1]
     votes[window] = cv2.resize(_vote(found), across, interpolation=cv2.INTER_LINEAR)
@@ -196,7 +200,9 @@ def _at_borders(box: Box, shape: tuple[int, int]) -> tuple[Box, tuple[bool, bool
     :param shape: (h, w) of the image.
     :returns: the box, and whether the border cuts at the top, bottom, left and right.
     """
-    tall, wide = _LOOSE * box.height, _LOOSE * box.width
+    broad = box.width > _BROAD * box.height
+    tall = max(_BORDER_PX, _BORDER * box.height) if broad else _BORDER_PX
+    wide = max(_BORDER_PX, _BORDER * box.width)
     top, bottom = box.y < tall, box.bottom > shape[0] - tall
     left, right = box.x < wide, box.right > shape[1] - wide
     x, y = min(box.x, 0.0) if left else box.x, min(box.y, 0.0) if top else box.y
@@ -205,14 +211,29 @@ def _at_borders(box: Box, shape: tuple[int, int]) -> tuple[Box, tuple[bool, bool
     return Box(x, y, end - x, low - y), (top, bottom, left, right)
 
 
-class MaskEstimator:
+@dataclass(frozen=True)
+class Scene:
     """
-    The window about a box, at the size the first mask is estimated on.
+    The window about the box at the size the first mask is estimated on.
 
-    ``inside`` is (h, w) bool, where the person may be.
+    ``lab`` is (h, w, 3) uint8 and ``bins`` (h, w) its colour bins, ``rows`` (h, w) float32 how
+    far down the body, ``inside`` (h, w) bool where the person may be, ``evidence`` (h, w) float32
+    are log-odds of the person that do not change, ``contrast`` is the mean one there and
+    ``height`` that of the box.  ``models`` are learnt anew for each soft mask: one of the person,
+    one of the surroundings.
     """
 
-    def __init__(self, lab: NDArray[np.uint8], box: Box, known: NDArray[np.float32]) -> None:
+    lab: NDArray[np.uint8]
+    bins: NDArray[np.uint16]
+    rows: NDArray[np.float32]
+    inside: NDArray[np.bool_]
+    evidence: NDArray[np.float32]
+    contrast: float
+    height: float
+    models: tuple[ColourModel, ColourModel]
+
+    @classmethod
+    def about(cls, lab: NDArray[np.uint8], box: Box, known: NDArray[np.float32]) -> Scene:
         """
         Prepare a window.
 
@@ -222,57 +243,60 @@ class MaskEstimator:
             nothing is known.
         """
         shape = lab.shape[:2]
-        self._lab, self._bins, self._box = lab, colour_bins(lab), box
-        self.inside = inside = np.zeros(shape, np.bool_)
+        inside = np.zeros(shape, np.bool_)
         inside[box.slices(*shape[::-1])] = True
-        self._evidence = barrier_evidence(lab, inside)
+        evidence = barrier_evidence(lab, inside)
         # Where it is known what is there the box need not be exact.
-        room = box.padded(_LOOSE * box.height, _LOOSE * box.height).slices(*shape[::-1])
+        room = box.padded(_ROOM * box.height, _ROOM * box.height).slices(*shape[::-1])
         inside[room] |= known[room] > 0
-        self._evidence += known * inside
-        self._contrast = mean_contrast(open_graph(np.where(inside, 0, -1).astype(np.int8)), lab)
-        # One of the person, one of the surroundings: learnt anew for each soft mask.
-        self._models = ColourModel(_BAND_SHARE, _FLOOR), ColourModel(_BAND_SHARE, _FLOOR)
-        self.lean(0.0)
-
-    def lean(self, angle: float) -> None:
-        """Let the bands of colours lean, by an angle in radians."""
-        center = self._box.center_x, self._box.center_y
-        self._rows = body_rows(self._lab.shape[:2], (0, 0), center, self._box.height, angle)
+        evidence += known * inside
+        rows = body_rows(shape, (0, 0), (box.center_x, box.center_y), box.height)
+        contrast = mean_contrast(open_graph(np.where(inside, 0, -1).astype(np.int8)), lab)
+        models = ColourModel(_BAND_SHARE, _FLOOR), ColourModel(_BAND_SHARE, _FLOOR)
+        return cls(lab, colour_bins(lab), rows, inside, evidence, contrast, box.height, models)
 
     def maximise(self, hypothesis: Hypothesis) -> _Estimate:
         """Return what comes of one hypothesis."""
-        soft = hypothesis.average(hypothesis.weight)
-        colours = self._colours(soft * soft * self.inside, (~self.inside).astype(np.float32))
-        prior = _prior(soft)
+        shape = self.inside.shape
+        soft = hypothesis.average(hypothesis.weight, shape)
+        rest = (~self.inside).astype(np.float32)
+        colours = self._colours(soft * soft * self.inside, rest)
+        prior = _logit(soft)
         for _ in range(_ROUNDS):
-            logit = colours + self._evidence
-            likelihood = np.round(255 / (1 + np.exp(-logit - prior))).astype(np.uint8)
-            similarity = tanimoto(hypothesis.templates, likelihood)
+            logit = colours + self.evidence
+            likelihood = 1 / (1 + np.exp(-logit - np.float32(_PRIOR) * prior))
+            similarity = hypothesis.similarities(likelihood)
+            best = int(np.argmax(similarity * (hypothesis.weight > 0.01)))
             weights = hypothesis.weight * np.exp((similarity - similarity.max()) / _TEMPERATURE)
-            soft = hypothesis.average(weights)
-            prior = _prior(soft)
-            logit += prior
-            graph = open_graph(np.where(self.inside, decided(logit), np.int8(-1)))
-            contrast_links(graph, self._lab, _CONTRAST, self._contrast)
-            labels = minimum_cut(graph, logit.reshape(-1)[graph.pixels])
-            person = np.float32(_MASK_SHARE) * labels + np.float32(1 - _MASK_SHARE) * soft
-            colours = self._colours(person, 1 - person)
+            soft = hypothesis.average(weights, shape)
+            prior = _logit(soft)
+            labels = self._cut(logit + np.float32(_PRIOR) * prior)
+            weight = np.float32(_MASK_SHARE) * labels + np.float32(1 - _MASK_SHARE) * soft
+            colours = self._colours(weight, 1 - weight)
         sure = float(np.abs(colours[self.inside]).mean())
-        return sure - self.gap(labels), labels, hypothesis.bodies[int(weights.argmax())]
+        return sure - self.gap(labels), labels, hypothesis.body(best)
 
-    def _colours(self, *weights: NDArray[np.float32]) -> NDArray[np.float32]:
+    def _colours(
+        self, person: NDArray[np.float32], rest: NDArray[np.float32]
+    ) -> NDArray[np.float32]:
         """
         Return ln p(person) / p(surroundings) of all pixels by their colours, within +-4.
 
-        :param weights: (h, w) float32 in 0..1, of the pixels that the colours of the person are
-            learnt from, and those of the surroundings.
+        :param person: (h, w) float32 in 0..1, the soft mask that colours are learnt from; ``rest``
+            likewise of the surroundings.
         """
-        bands = np.clip((self._rows * np.float32(BANDS)).astype(np.intp), 0, BANDS - 1)
-        for model, weight in zip(self._models, weights, strict=True):
-            model.accumulate(self._bins, self._rows, weight, 1.0)
-        found = [np.log(model.table[self._bins, bands]) for model in self._models]
+        bands = np.clip((self.rows * np.float32(BANDS)).astype(np.intp), 0, BANDS - 1)
+        found = []
+        for model, weight in zip(self.models, (person, rest), strict=True):
+            model.accumulate(self.bins, self.rows, weight, 1.0)
+            found.append(np.log(model.table[self.bins, bands]))
         return np.clip(found[0] - found[1], -_LIMIT, _LIMIT)
+
+    def _cut(self, logit: NDArray[np.float32]) -> NDArray[np.bool_]:
+        """Return the cut of least energy with a data term, (h, w) float32."""
+        graph = open_graph(np.where(self.inside, decided(logit), np.int8(-1)))
+        contrast_links(graph, self.lab, _CONTRAST, self.contrast)
+        return minimum_cut(graph, logit.reshape(-1)[graph.pixels])
 
     def gap(self, labels: NDArray[np.bool_]) -> float:
         """
@@ -287,9 +311,8 @@ class MaskEstimator:
         return 2.0 - found.width / whole.width - found.height / whole.height
 
 
-def _prior(soft: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the log-odds of the person by a soft mask, (h, w) float32."""
-    return np.float32(_PRIOR) * np.log((soft + np.float32(0.06)) / (np.float32(1.06) - soft))
+def _logit(soft: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.log((soft + np.float32(0.06)) / (np.float32(1.06) - soft))
 
 
 @kernel('u1[:,:,::1], f4[:,::1], u1[:,:,::1], u1[:,:,::1], b1')
@@ -302,21 +325,31 @@ def _scan(
 ) -> None:
     height, width = distance.shape
     step = -1 if forward else 1
-    for i in range(height * width):
-        row, col = divmod(i if forward else height * width - 1 - i, width)
-        for y, x in ((row + step, col), (row, col + step)):
-            if not (0 <= y < height and 0 <= x < width) or distance[y, x] >= _FAR:
+    for i in range(height):
+        row = i if forward else height - 1 - i
+        for j in range(width):
+            col = j if forward else width - 1 - j
+            if distance[row, col] == 0:
                 continue
-            barrier = 0
-            for channel in range(3):
-                value = image[row, col, channel]
-                barrier += max(high[y, x, channel], value) - min(low[y, x, channel], value)
-            if barrier < distance[row, col]:
-                distance[row, col] = barrier
+            for side in range(2):
+                from_row = row + step if side == 0 else row
+                from_col = col if side == 0 else col + step
+                if not (0 <= from_row < height and 0 <= from_col < width):
+                    continue
+                if distance[from_row, from_col] >= _FAR:
+                    continue
+                barrier = 0
                 for channel in range(3):
                     value = image[row, col, channel]
-                    high[row, col, channel] = max(high[y, x, channel], value)
-                    low[row, col, channel] = min(low[y, x, channel], value)
+                    top = max(high[from_row, from_col, channel], value)
+                    bottom = min(low[from_row, from_col, channel], value)
+                    barrier += top - bottom
+                if barrier < distance[row, col]:
+                    distance[row, col] = barrier
+                    for channel in range(3):
+                        value = image[row, col, channel]
+                        high[row, col, channel] = max(high[from_row, from_col, channel], value)
+                        low[row, col, channel] = min(low[from_row, from_col, channel], value)
 
 
 def barrier_distance(image: NDArray[np.uint8], inside: NDArray[np.bool_]) -> NDArray[np.float32]:
