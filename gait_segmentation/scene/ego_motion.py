@@ -92,10 +92,6 @@ class MotionEstimator:
 
     def __init__(self) -> None:
         """Start without a last frame."""
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget the last frame."""
         self._last: Pyramid | None = None
         self._now: Pyramid | None = None
         self._corners = np.empty((0, 2), np.float32)
@@ -271,19 +267,19 @@ def _about(
     before: NDArray[np.float32], after: NDArray[np.float32], margin: int, shape: tuple[int, ...]
 ) -> tuple[Window, NDArray[np.float32]]:
     """Return the part of an image of a shape that points need, and its first column and row."""
-    both = np.concatenate([before, after])
+    both, sizes = np.concatenate([before, after]), shape[1::-1]
     low, high = np.fmin.reduce(both).tolist(), np.fmax.reduce(both).tolist()
-    columns, rows = (
-        _stretch(first - margin, last + margin, size)
-        for first, last, size in zip(low, high, shape[::-1], strict=True)
+    # At least one pixel, also if places are NaN.
+    left, top = (
+        int(min(max(0.0, place - margin), size - 1))
+        for place, size in zip(low, sizes, strict=True)
     )
-    return (rows, columns), np.array([columns.start, rows.start], np.float32)
-
-
-def _stretch(first: float, last: float, size: int) -> slice:
-    """Return what of a size lies between two places, at least one pixel, also if they are NaN."""
-    start = int(min(max(0.0, first), size - 1))
-    return slice(start, int(min(max(start + 1, last), size)))
+    right, bottom = (
+        int(min(max(start + 1, place + margin), size))
+        for start, place, size in zip((left, top), high, sizes, strict=True)
+    )
+    window = slice(top, bottom), slice(left, right)
+    return window, np.array([left, top], np.float32)
 
 
 def camera_motion(

@@ -237,8 +237,12 @@ def _wave_in(logs: _Floats, use: NDArray[np.bool_]) -> _Wave | None:
     """
     # A column in the middle is on both sides, so that none is empty.
     middle = logs.shape[1] // 2
-    sides = (np.s_[:, : middle + 1], np.s_[:, middle:])
-    values = np.concatenate([_medians(logs[side], use[side]) for side in sides])
+    medians = []
+    for side in (np.s_[:, : middle + 1], np.s_[:, middle:]):
+        ordered = np.sort(np.where(use[side], logs[side], np.float32(np.nan)), axis=1)
+        halves = np.count_nonzero(use[side], axis=1, keepdims=True) // 2
+        medians.append(np.take_along_axis(ordered, halves, axis=1)[:, 0])
+    values = np.concatenate(medians)
     told = ~np.isnan(values)
     if 2 * np.count_nonzero(told) < told.size:
         return None
@@ -254,13 +258,6 @@ def _wave_in(logs: _Floats, use: NDArray[np.bool_]) -> _Wave | None:
     rest = (float(values @ values) - float(within[best])) / len(values)
     _, cosine, sine = np.linalg.lstsq(bases[best], values, rcond=None)[0].tolist()
     return (float(_PERIODS[best]), cosine, sine) if (cosine**2 + sine**2) / 2 > rest else None
-
-
-def _medians(logs: _Floats, use: NDArray[np.bool_]) -> _Floats:
-    """Return the median of each row of (h, w), (h,), NaN where no cell tells."""
-    ordered = np.sort(np.where(use, logs, np.float32(np.nan)), axis=1)
-    middle = np.count_nonzero(use, axis=1, keepdims=True) // 2
-    return np.take_along_axis(ordered, middle, axis=1)[:, 0]
 
 
 def _along(wave: _Wave, height: int) -> _Floats:
