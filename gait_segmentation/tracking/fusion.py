@@ -87,7 +87,7 @@ class FusionTrack(Track):
         outside = cv2.erode(1 - inside, np.ones((3, 3), np.uint8))
         self._learn_colours(view.now, (inside, 1.0), (outside, 1.0))
         self.cues = (MotionCue(), heat_map or HeatMapCue())
-        self.appearance = Appearance(self._signature(start.mask, view.now))
+        self.appearance = Appearance(self._signature(start.mask, view.now, self.window))
 
     def expected_mask(self) -> NDArray[np.uint8]:
         """Return the last mask, moved along with the body."""
@@ -151,7 +151,7 @@ class FusionTrack(Track):
 
     def looks_alike(self, mask: NDArray[np.uint8]) -> bool:
         """Return whether the colours in a mask are those of the person."""
-        return self.appearance.is_like(self._signature(mask, self.view.now))
+        return self.appearance.is_like(self._signature(mask, self.view.now, self.window))
 
     def similarity(self, start: FirstMask, frame: Frame) -> float:
         """Return how alike (0..1) the colours of a first mask in some frame are."""
@@ -247,7 +247,7 @@ class FusionTrack(Track):
         self.pose = self.pose.fitted(mask, body)
         if config.use_tilt:
             self.pose = self.pose.tilted(mask)
-        self.appearance.add(self._signature(mask, frame))
+        self.appearance.add(self._signature(mask, frame, self.window))
         if self.pose.share_inside(mask.shape) > ALONE:
             self.full = self.mask
 
@@ -257,10 +257,11 @@ class FusionTrack(Track):
         for model, (weights, rate) in zip((self.colours, self.surroundings), taught, strict=True):
             model.accumulate(bins, self.pose.rows(self.window), weights, rate)
 
-    def _signature(self, mask: NDArray[np.uint8], frame: Frame) -> NDArray[np.float32]:
+    def _signature(
+        self, mask: NDArray[np.uint8], frame: Frame, window: Window
+    ) -> NDArray[np.float32]:
         """Return what the person looks like in a mask of a frame, see ``colour_signature``."""
-        lab, window = frame.image.lab_part(self.window), self.window
-        return colour_signature(lab, mask[window], self.pose.rows(window))
+        return colour_signature(frame.image.lab_part(window), mask[window], self.pose.rows(window))
 
     def _shows_all(self, mask: NDArray[np.uint8]) -> bool:
         """Get used to the size of a mask; return whether it was large enough for all of them."""
