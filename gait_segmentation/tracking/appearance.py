@@ -3,62 +3,83 @@
 """
 What a person looks like, coarsely: to tell whether a person found again is the same.
 
-Histograms of colour in three bands of the body, compared by the Bhattacharyya coefficient.  They
-are far coarser than those of the likelihood, which must tell a person from the surroundings at one
-moment, and change slowly.
+Histograms of colour in three bands of the body (head, trunk, legs), compared by the
+Bhattacharyya coefficient.  They are far coarser than those of the likelihood, which must tell a
+person from the surroundings at one moment, and change slowly.
 """
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
+
+from gait_segmentation.kernels import kernel
 
 SAME_COLOURS = 0.65
 """Least similarity of the colours of the same person."""
 
-_BINS = (8, 32, 32, 3)
-"""Bins of L*, a* and b*, and bands of the body."""
+_TRUNK_FROM, _LEGS_FROM = 0.16, 0.52
+"""Where down the body trunk and legs begin."""
 
-USUAL_RATE = 0.02
-"""Share by which what is usual of a person moves towards what a mask shows."""
+_LIGHT, _CHROMA = 8, 12
+"""Bins of lightness, and of a and b each."""
+
+_CHROMA_STEP = 8.0
+_CHROMA_FROM = 128 - _CHROMA_STEP * _CHROMA / 2
+_RATE = 0.02
+
+
+@kernel('u1[:,:,::1], u1[:,::1], f4[:,::1], f4[:,:,:,::1]')
+def _count(
+    lab: NDArray[np.uint8],
+    inside: NDArray[np.uint8],
+    rows: NDArray[np.float32],
+    out: NDArray[np.float32],
+) -> None:
+    """Share each pixel between the two nearest bins of each axis."""
+    for row in range(lab.shape[0]):
+        for col in range(lab.shape[1]):
+            if inside[row, col] <= 127:
+                continue
+            down = rows[row, col]
+            band = 0 if down < _TRUNK_FROM else (1 if down < _LEGS_FROM else 2)
+            light = min(max(lab[row, col, 0] / 32.0 - 0.5, 0.0), _LIGHT - 1.001)
+            a = min(max((lab[row, col, 1] - _CHROMA_FROM) / _CHROMA_STEP - 0.5, 0.0), 10.999)
+            b = min(max((lab[row, col, 2] - _CHROMA_FROM) / _CHROMA_STEP - 0.5, 0.0), 10.999)
+            for i in range(2):
+                p = int(light) + i
+                u = 1 - abs(light - p)
+                for j in range(2):
+                    q = int(a) + j
+                    v = u * (1 - abs(a - q))
+                    for k in range(2):
+                        r = int(b) + k
+                        out[band, p, q, r] += v * (1 - abs(b - r))
 
 
 def colour_signature(
     lab: NDArray[np.uint8], inside: NDArray[np.uint8], rows: NDArray[np.float32]
 ) -> NDArray[np.float32]:
     """
-    Return the joint histogram of a person's colours and bands, float32 that sums to 1.
+    Return the histograms of a person, (3, bins) float32, of which each sums to its share.
 
     :param lab: (h, w, 3) uint8.
     :param inside: (h, w) uint8, above 127 on the person.
     :param rows: (h, w) position down the body, see :func:`~gait_segmentation.colour.body_rows`.
     """
-    bands = np.clip(_BINS[3] * rows, 0, _BINS[3] - 1).astype(np.uint8)
-    ranges = [0, 256, 0, 256, 0, 256, 0, _BINS[3]]
-    mask = (inside > 127).view(np.uint8)
-    counts = cv2.calcHist([lab, bands], [0, 1, 2, 3], mask, _BINS, ranges)
-    for axis in range(3):
-        counts = _smoothed(counts, axis)
-    return counts / np.float32(max(float(counts.sum()), 1e-6))
-
-
-def _smoothed(counts: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
-    """Share what is in each bin of an axis with its neighbours."""
-    first = np.moveaxis(counts, axis, 0)
-    flat = cv2.GaussianBlur(
-        first.reshape(len(first), -1), (1, 3), 0, borderType=cv2.BORDER_REPLICATE
-    )
-    return np.moveaxis(flat.reshape(first.shape), 0, axis)
+    out = np.zeros((3, _LIGHT, _CHROMA, _CHROMA), np.float32)
+    _count(np.ascontiguousarray(lab), np.ascontiguousarray(inside), rows, out)
+    total = float(out.sum())
+    return out.reshape(3, -1) / np.float32(max(total, 1e-6))
 
 
 def similarity(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
     """Return how alike two signatures are, 0..1; bands count by what is seen of them."""
-    shares, known = (each.sum(axis=(0, 1, 2)) for each in (other, one))
+    shares, known = other.sum(axis=1), one.sum(axis=1)
     weights = np.minimum(shares, known)
     if weights.sum() <= 0:
         return 0.0
-    alike = np.sqrt(other * one).sum(axis=(0, 1, 2))
+    alike = np.sqrt(other * one).sum(axis=1)
     alike /= np.sqrt(np.maximum(shares * known, 1e-12))
     return float((weights * alike).sum() / weights.sum())
 
@@ -71,18 +92,16 @@ class Appearance:
 
     def fade(self, chroma: float) -> None:
         """Go on as if all colours had the same a* and b*, and their own lightness."""
-        near = np.zeros(_BINS[:3], np.float32)
-        place = int(chroma * _BINS[1] / 256)
-        near[:, place, place] = 1
-        near = _smoothed(_smoothed(near, 1), 2)[..., None]
-        self._mean, self._last = (
-            each.sum(axis=(1, 2), keepdims=True) * near for each in (self._mean, self._last)
-        )
+        place = (chroma - _CHROMA_FROM) / _CHROMA_STEP - 0.5
+        near = np.maximum(1 - np.abs(np.arange(_CHROMA, dtype=np.float32) - np.float32(place)), 0)
+        bins = np.stack([self._mean, self._last]).reshape(2, 3, _LIGHT, _CHROMA, _CHROMA)
+        faded = bins.sum(axis=(3, 4), keepdims=True) * np.outer(near, near)
+        self._mean, self._last = faded.reshape(2, 3, -1)
 
     def add(self, signature: NDArray[np.float32]) -> None:
         """Take in those of a frame, see :func:`colour_signature`."""
         self._last = signature
-        self._mean = self._mean + np.float32(USUAL_RATE) * (signature - self._mean)
+        self._mean = self._mean + np.float32(_RATE) * (signature - self._mean)
 
     def similarity(self, signature: NDArray[np.float32]) -> float:
         """Return how alike the usual colours are, 0..1."""

@@ -30,11 +30,11 @@ from gait_segmentation.images import Window, distance_from, overlap, within
 _FARTHEST = -6.0
 """Log ratio that falls off up to :data:`.REACH`, where a person ceases to compete."""
 
+_REFUSED = np.float32(-0.5)
+"""Log ratio of a pixel for those who do not get it though they find it likely."""
+
 _NEARER = 1.5
-"""
-Advantage, as a log ratio, of a person who stands nearer, and of whoever gets a pixel that two find
-likely.
-"""
+"""Advantage, as a log ratio, of a person who stands nearer."""
 
 
 @dataclass(frozen=True)
@@ -42,10 +42,11 @@ class PixelClaim:
     """
     What one person makes of the pixels in a window.
 
-    ``mask`` is where the person is expected, ``away`` how far beside it pixels are, and ``body``
-    the matched template, None without one.  ``feet`` is the row of the soles and ``height`` that
-    of the body, in pixels.  A person ``hidden`` competes, too, so that no one takes what is about
-    to be seen of them.
+    ``logit`` is (h, w) float32 and ``mask`` (h, w) uint8, where the person is expected;
+    ``away`` is (h, w) float32, how far beside it pixels are, in pixels, and ``body`` (h, w) uint8
+    the matched template, None without one.
+    ``feet`` is the row of the soles and ``height`` that of the body, in pixels.  A person
+    ``hidden`` competes, too, so that no one takes what is about to be seen of them.
     """
 
     window: Window
@@ -59,7 +60,7 @@ class PixelClaim:
 
     @property
     def falloff(self) -> NDArray[np.float32]:
-        """Return g, (h, w) float32."""
+        """Return g: 0 where the person is expected, falling off with the distance from there."""
         # By the body, if it is known: a mask that has taken in another person would keep them.
         away = self.away if self.body is None else distance_from(self.body > 127)
         return np.float32(_FARTHEST) * beyond(away, self.height)
@@ -92,11 +93,17 @@ def associate(claims: Sequence[PixelClaim]) -> list[NDArray[np.float32]]:
         # Of pixels that two find likely the one who finds them less so is refused.
         here, there = (within(shared, claims[k].window) for k in (one, two))
         mine, yours = logits[one][here], logits[two][there]
-        first = mine + near[one][here] >= yours + near[two][there]
-        yours[(mine > 0) & (yours > 0) & first] = -_NEARER
+        both, first = (mine > 0) & (yours > 0), mine + near[one][here] >= yours + near[two][there]
+        yours[both & first] = _REFUSED
+        mine[both & ~first] = _REFUSED
     return logits
 
 
 def beyond(away: NDArray[np.float32], height: float) -> NDArray[np.float32]:
-    """Return 0 on a person to 1 out of reach, for distances and a height in pixels."""
+    """
+    Return how far beside a person pixels are, from 0 on the outline to 1 out of reach.
+
+    :param away: (h, w) float32, distance from the person in pixels.
+    :param height: of the body in pixels.
+    """
     return np.minimum(away * np.float32(1 / (REACH * height)), np.float32(1))

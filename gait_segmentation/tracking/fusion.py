@@ -20,11 +20,12 @@ from gait_segmentation.images import (
     placed,
     shifted_part,
     shrink,
+    size_of,
 )
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.scene.scene import Frame, Shift, View
 from gait_segmentation.starting import FirstMask
-from gait_segmentation.tracking.appearance import USUAL_RATE, Appearance, colour_signature
+from gait_segmentation.tracking.appearance import Appearance, colour_signature
 from gait_segmentation.tracking.association import PixelClaim, beyond
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues import CueInput
@@ -33,7 +34,22 @@ from gait_segmentation.tracking.cues.motion import MotionCue
 from gait_segmentation.tracking.likelihood import log_ratio
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.track import WHOLE, State, Track
-from gait_segmentation.tracking.visibility import ALONE, GUARD, LEAST_SEEN, Visibility, mean_shift
+from gait_segmentation.tracking.visibility import (
+    ALONE,
+    GUARD,
+    LEAST_SEEN,
+    Visibility,
+    mean_shift,
+)
+
+_AREA_RATE = 0.02
+"""
+Share by which the usual area moves towards that of a mask: of one of all of the person or not, or
+nothing would be learnt after a first mask that was far too large.
+"""
+
+_MOST_SEEN = 4.0
+"""Size of a mask, over that of the template, from which it is of more than the person."""
 
 _MARGIN = 0.02
 """How far a mask may be off, in body heights: so far about it no background is learnt."""
@@ -55,10 +71,10 @@ class FusionTrack(Track):
     """
     One person, known by the masks that come back.
 
-    ``visible`` is the very last mask, ``mask`` the last one of all of the person, with its
-    ``template``, and ``full`` the last one that no border cuts, by which who is lost is looked
-    for.  A mask that comes late corrects the pose by what it shows in its own frame, from which
-    on the body went as it did.
+    ``mask`` is the last one of all of the person and ``template`` that which came with it;
+    ``visible`` is what can be followed of the very last mask, and ``full`` the last one of a
+    person whom no border cuts, who is looked for by it.  A mask that comes late corrects the pose
+    by what it shows in its own frame, from which on the body went as it did.
     """
 
     def __init__(
@@ -85,7 +101,7 @@ class FusionTrack(Track):
         # What may be either counts for both, so that a leg missed at first can still be found.
         inside = np.ascontiguousarray(start.votes[self.window])
         outside = cv2.erode(1 - inside, np.ones((3, 3), np.uint8))
-        self._learn_colours(view.now, (inside, 1.0), (outside, 1.0))
+        self._learn_colours(view.now.image.lab_part(self.window), inside, outside, 1.0, 1.0)
         self.cues = (MotionCue(), heat_map or HeatMapCue())
         self.appearance = Appearance(self._signature(start.mask, view.now, self.window))
 
@@ -101,9 +117,9 @@ class FusionTrack(Track):
     def claim(self) -> PixelClaim | None:
         """Judge pixels by all cues."""
         pose, view, config, seen = self.pose, self.view, self.config, self.state == TRACKED
-        if self.is_outside:
-            return None
         window = self.window
+        if not all(size_of(window)):
+            return None
         expected, lab = self.expected_mask(), view.now.image.lab_part(window)
         away = distance_from(expected > 127)
         template = strangers = None
@@ -135,6 +151,9 @@ class FusionTrack(Track):
             box = self.pose.box.shifted(-columns.start, -rows.start)
             shift = mean_shift(values, visibility.unoccluded, box)
             self.shift(gain * shift.dx, gain * shift.dy)
+            if self.view.is_late:
+                # The last mask is of an earlier frame: until a newer one comes, this is the size.
+                self.pose = self.pose.scaled(shift.scale)
         self.show(values, visibility, claim)
 
     def enter(self, state: str, reason: str) -> None:
@@ -178,15 +197,9 @@ class FusionTrack(Track):
         """
         if feedback is None or self.state == LOST:
             return None
-        shape = self.view.shape
-        # Copies: they are kept, and who else has them may draw on them.
-        small = shrink(feedback.mask, shape)
-        mask = np.asarray(cv2.threshold(small, 127, 255, cv2.THRESH_BINARY)[1])
-        template = np.asarray(cv2.resize(feedback.shape_prior, shape[::-1]))
+        mask, template = working_masks(feedback, self.view.shape)
         self.visible = Silhouette(mask, state.displacement)
-        area, likely = (count_likely(each[self.window]) for each in (mask, template))
-        # Too little to tell anything, or far more than a person.
-        if not max(LEAST_SEEN * likely, 9) < area < max(likely / LEAST_SEEN, 36):
+        if not self._is_person(mask, template):
             return None
         # To where the body was in that frame.
         (x, y), (to_x, to_y) = state.displacement, self.displacement
@@ -242,8 +255,7 @@ class FusionTrack(Track):
         if near.any():
             inside &= distance_from(near) < GUARD * self.pose.height
         outside = cv2.dilate(part, np.ones((3, 3), np.uint8)) <= 127
-        rates = config.person_colour_rate, config.colour_rate
-        self._learn_colours(frame, (inside, rates[0]), (outside, rates[1]))
+        self._learn_colours(lab, inside, outside, config.person_colour_rate, config.colour_rate)
         self.pose = self.pose.fitted(mask, body)
         if config.use_tilt:
             self.pose = self.pose.tilted(mask)
@@ -251,11 +263,18 @@ class FusionTrack(Track):
         if self.pose.share_inside(mask.shape) > ALONE:
             self.full = self.mask
 
-    def _learn_colours(self, frame: Frame, *taught: tuple[NDArray[Any], float]) -> None:
-        """Learn those of person and surroundings by (h, w) weights of the window and rates."""
-        bins = colour_bins(frame.image.lab_part(self.window))
-        for model, (weights, rate) in zip((self.colours, self.surroundings), taught, strict=True):
-            model.accumulate(bins, self.pose.rows(self.window), weights, rate)
+    def _learn_colours(
+        self,
+        lab: NDArray[np.uint8],
+        inside: NDArray[Any],
+        outside: NDArray[Any],
+        person_rate: float,
+        rate: float,
+    ) -> None:
+        """Learn the colours of person and surroundings in the window, (h, w) weights or bool."""
+        bins, rows = colour_bins(lab), self.pose.rows(self.window)
+        self.colours.accumulate(bins, rows, inside, person_rate)
+        self.surroundings.accumulate(bins, rows, outside, rate)
 
     def _signature(
         self, mask: NDArray[np.uint8], frame: Frame, window: Window
@@ -267,8 +286,7 @@ class FusionTrack(Track):
         """Get used to the size of a mask; return whether it was large enough for all of them."""
         area = self._area_of(mask)
         share = area / max(self._usual_area, 1e-6)
-        # In any case, or nothing would be learnt after a first mask that was far too large.
-        self._usual_area += USUAL_RATE * (area - self._usual_area)
+        self._usual_area += _AREA_RATE * (area - self._usual_area)
         return share >= WHOLE
 
     def _area_of(self, mask: NDArray[np.uint8]) -> float:
@@ -276,9 +294,34 @@ class FusionTrack(Track):
         inside = max(self.pose.share_inside(mask.shape), 0.1)
         return count_likely(mask) / (inside * self.pose.height**2)
 
+    def _is_person(self, mask: NDArray[np.uint8], template: NDArray[np.uint8]) -> bool:
+        """Return whether a mask is of the size of a person, beside the template."""
+        area, expected = cv2.countNonZero(mask[self.window]), count_likely(template[self.window])
+        return max(LEAST_SEEN * expected, 9) < area < _MOST_SEEN * max(expected, 9)
+
+
+def working_masks(
+    feedback: Feedback, shape: tuple[int, int]
+) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Return mask (0/255) and template at working size, (h, w) uint8, for the tracker alone."""
+    mask, prior = feedback.mask, feedback.shape_prior
+    # They are kept, and who else has them may draw on them.
+    if mask.shape == shape:
+        mask = mask.copy()
+    else:
+        mask = np.asarray(cv2.threshold(shrink(mask, shape), 127, 255, cv2.THRESH_BINARY)[1])
+    if prior.shape == shape:
+        return mask, prior.copy()
+    return mask, np.asarray(cv2.resize(prior, shape[::-1], interpolation=cv2.INTER_LINEAR))
+
 
 def grown(mask: NDArray[np.uint8], height: float) -> tuple[Window, NDArray[np.uint8]]:
-    """Return a mask with a margin, where a person of a height may be: a window and its part."""
+    """
+    Return a mask with a margin, where the person may be: a window and what is in it.
+
+    :param mask: (h, w) uint8.
+    :param height: of the body in pixels.
+    """
     size = 2 * max(1, round(_MARGIN * height)) + 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     x, y, width, tall = bounding_box(mask)

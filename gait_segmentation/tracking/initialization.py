@@ -10,9 +10,11 @@ from functools import partial
 from operator import itemgetter
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, body_window
+from gait_segmentation.images import Window
 from gait_segmentation.results import LOST
 from gait_segmentation.scene.scene import View, WholeView
 from gait_segmentation.starting import FirstMask, estimate_first_mask
@@ -21,6 +23,9 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
 from gait_segmentation.tracking.mean_shift import start_in
 from gait_segmentation.tracking.track import Track
+
+_ABOUT = 0.3
+"""How far about a person found the place is remembered, in body heights."""
 
 Beginning = tuple[FirstMask, HeatMapCue]
 """The first mask of a person, and what is known of the heat map."""
@@ -38,7 +43,8 @@ def estimate_first(
     """
     Estimate a first mask before what the camera has seen of the place; the box may be off.
 
-    :param view: it forgets what is under the mask and takes over what is known of the place.
+    :param view: in which the person is well seen; it forgets what is under the mask and takes
+        over what is remembered of the place.
     :param box: in working pixels, in the view's newest frame.
     :param past: the place as it was before that frame, if it is known.
     :param by_map: whether the heat map of that frame is what tells of the person.
@@ -48,14 +54,21 @@ def estimate_first(
     if config.method == 'adaptive_mean_shift':
         return start_in(box, view.shape), cue
     area = body_window(box.center_x, box.center_y, box.height, box)
+    area = area.padded(_ABOUT * box.height, _ABOUT * box.height)
     window = area.slices(view.shape[1], view.shape[0])
     known = None if past is None else past.known(view.shape)
     evidence = np.zeros(view.shape, np.float32)
     if known is not None:
         lab = view.now.image.lab_part(window)
         evidence[window] = known.evidence(lab, window, config.shadow_floor)
-    lab, tilt = view.now.image.lab, config.use_tilt
-    estimate = partial(estimate_first_mask, lab, box, bank, use_tilt=tilt, evidence=evidence)
+    estimate = partial(
+        estimate_first_mask,
+        view.now.image.lab,
+        box,
+        bank,
+        use_tilt=config.use_tilt,
+        evidence=evidence,
+    )
     start = estimate()
     if heat is not None and not view.now.heat_frames:
         # The box tells as much of where the person is as a first mask that may be poor.
@@ -70,26 +83,38 @@ def estimate_first(
             evidence[window] += shown
             start = estimate()
             if by_map:
-                # Its silhouette: the box may hold a cabinet as well that continues the person.
-                likely[:] = 0
-                likely[window] = 1 / (1 + np.exp(-shown))
-                votes, there = np.zeros_like(likely), start.box.slices(*likely.shape[::-1])
-                votes[there] = likely[there]
-                mask = np.where(votes > 0.5, np.uint8(255), np.uint8(0))
-                start = replace(start, mask=mask, votes=votes)
+                start = _as_shown(start, shown, window)
     view.background.forget(start.mask)
     if known is not None:
         view.background.merge(known)
     return start, cue
 
 
+def _as_shown(start: FirstMask, logit: NDArray[np.float32], window: Window) -> FirstMask:
+    """
+    Return a start with the mask that a heat map shows.
+
+    By the silhouette there a person is known for a body, while the box may hold a cabinet as well
+    that continues them.
+
+    :param logit: (h, w) float32 of the window, what the map says.
+    """
+    likely, votes = np.zeros((2, *start.votes.shape), np.float32)
+    likely[window] = 1 / (1 + np.exp(-logit))
+    box = start.box.slices(*likely.shape[::-1])
+    votes[box] = likely[box]
+    return replace(start, mask=np.where(votes > 0.5, np.uint8(255), np.uint8(0)), votes=votes)
+
+
 def slot_for_found(
     slots: Sequence[Track | None], view: View, start: FirstMask
 ) -> tuple[int, int | None] | None:
     """
-    Return the slot that a person found gets, and the track id of who was lost there if it is them.
+    Return the slot that a person found gets, None if there is none.
 
     :param start: the first mask, in the newest frame of the view.
+    :returns: the number of the slot, and the track id if it is the person who was lost there,
+        else None.
     """
     lost = [(slot, track) for slot, track in enumerate(slots) if track and track.state == LOST]
     alike = [(track.similarity(start, view.now), slot, track) for slot, track in lost]

@@ -17,11 +17,8 @@ from gait_segmentation.images import Window, axis_tilt, bounding_box, quantiles,
 from gait_segmentation.scene.scene import Shift
 from gait_segmentation.tracking.visibility import OUTERMOST
 
-_RATE = 0.1
-"""Share by which height, tilt and velocity move towards what a mask or a frame shows."""
-
-SEARCH_HEIGHT = 32
-"""Height of the body in an image that is searched for its place, in pixels."""
+_POSE_RATE, _VELOCITY_RATE = 0.1, 0.2
+"""Share by which height and tilt, and the velocity, move towards what a mask or a frame shows."""
 
 _LEAST_STEP_S = 0.02
 """Frames whose stamps are closer were not taken in so short a time: they tell no velocity."""
@@ -31,11 +28,12 @@ WIDEST = 0.6
 
 _MOST_GROWTH = 1.15
 """
-Most by which the height changes with a mask: towards its height, or that of who is cut off below.
+The most by which the height changes with a mask, and by which a person grows who is cut off by
+the lower border, of whom only the least height can be seen.
 """
 
-_LEAST_TILT = 0.13
-"""Tilt from which it is used, in radians."""
+_TILT_ON, _TILT_OFF, _MOST_TILT = 0.16, 0.10, 0.5
+"""Tilt from which and down to which it is used, and the largest, in radians."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +44,7 @@ class Pose:
     ``left`` and ``right`` are how far the silhouette reaches from the body's axis.  ``velocity``
     is relative to the still world, in pixels per second, learnt from ``moves`` frames.  ``tilt``
     is the estimate of how far the axis leans, in radians, learnt from ``masks`` masks, and
-    ``angle`` what is used of it.
+    ``angle`` what is used of it.  ``mask_height`` is the height at the last mask.
     """
 
     center_x: float
@@ -59,12 +57,15 @@ class Pose:
     velocity: Shift = (0.0, 0.0)
     moves: int = 0
     masks: int = 0
+    mask_height: float = 0.0
 
     @classmethod
     def of(cls, body: BodyFrame, box: Box, tilt: float = 0.0) -> Pose:
         """Return the pose of a body in a tight box."""
-        left, right = max(body.center_x - box.x, 1.0), max(box.right - body.center_x, 1.0)
-        return cls(body.center_x, body.center_y, body.height, left, right, tilt, tilt)
+        left, right = body.center_x - box.x, box.right - body.center_x
+        x, y, height = body.center_x, body.center_y, body.height
+        sides = max(left, 1.0), max(right, 1.0)
+        return cls(x, y, height, *sides, tilt, tilt, mask_height=height)
 
     @cached_property
     def box(self) -> Box:
@@ -111,10 +112,16 @@ class Pose:
         return self.velocity[0] * seconds, self.velocity[1] * seconds
 
     def with_step(self, world: Shift, body: Shift, seconds: float) -> Pose:
-        """Return it with the velocity corrected by measured shifts of the world and the body."""
+        """
+        Return it with the velocity corrected by a measured shift of the body.
+
+        :param world: shift of the still world at the body.
+        :param body: shift of the body in the image.
+        :param seconds: between the two frames.
+        """
         if seconds < _LEAST_STEP_S:
             return self
-        rate = max(_RATE, 1 / (self.moves + 1))
+        rate = max(_VELOCITY_RATE, 1 / (self.moves + 1))
         x, y = self.velocity
         x += rate * ((body[0] - world[0]) / seconds - x)
         y += rate * ((body[1] - world[1]) / seconds - y)
@@ -141,25 +148,24 @@ class Pose:
         left, axis, right = quantiles(cos * across + sin * along, (OUTERMOST, 0.5, 1 - OUTERMOST))
         top, bottom, left, right = top - 0.5, bottom + 0.5, left - 0.5, right + 0.5
         seen, middle = bottom - top, (top + bottom) / 2
-        matched, matched_across, matched_along = seen, axis, middle
+        template_height, template_across, template_along = seen, axis, middle
         if body is not None:
             dx, dy = body.center_x - self.center_x, body.center_y - self.center_y
-            matched, matched_across, matched_along = (
-                body.height,
-                cos * dx + sin * dy,
-                cos * dy - sin * dx,
-            )
-        goal = max(matched, seen) if at_bottom else 0.5 * matched + 0.5 * seen
+            template_height = body.height
+            template_across = cos * dx + sin * dy
+            template_along = cos * dy - sin * dx
+        mean = 0.5 * template_height + 0.5 * seen
+        goal = max(template_height, seen) if at_bottom else mean
         goal = min(max(goal, self.height / _MOST_GROWTH), _MOST_GROWTH * self.height)
-        height = self.height + _RATE * (goal - self.height)
+        height = self.height + _POSE_RATE * (goal - self.height)
         if at_bottom:
             # More of the body is below the border: it is at least as tall as that.
             least = max(seen, (right - left) / WIDEST)
-            height = max(height, min(least, _MOST_GROWTH * self.height))
+            height = max(height, min(least, _MOST_GROWTH * self.mask_height))
             down = top + height / 2
         else:
-            down = 0.5 * middle + 0.25 * matched_along
-        aside = 0.3 * matched_across + 0.3 * axis
+            down = 0.5 * middle + 0.25 * template_along
+        aside = 0.3 * template_across + 0.3 * axis
         return replace(
             self,
             center_x=self.center_x + cos * aside - sin * down,
@@ -167,24 +173,34 @@ class Pose:
             height=height,
             left=max(aside - left, 1.0),
             right=max(right - aside, 1.0),
+            mask_height=height,
         )
+
+    def scaled(self, scale: float) -> Pose:
+        """Return it at the size that mean shift measured, over that in the last mask."""
+        most = min(max(scale, 1 / _MOST_GROWTH), _MOST_GROWTH)
+        return self.grown(self.mask_height * most / self.height)
 
     def grown(self, ratio: float) -> Pose:
         """Return it as it follows a change of size: height now over height so far."""
-        change = max(1 + _RATE * (ratio - 1), 1 / self.height)
+        change = max(1 + _POSE_RATE * (ratio - 1), 1 / self.height)
         height, left, right = (change * each for each in (self.height, self.left, self.right))
         return replace(self, height=height, left=left, right=right)
 
     def tilted(self, mask: NDArray[np.uint8]) -> Pose:
         """
-        Return it with the tilt of a mask, (h, w) uint8: its main axis, averaged over steps.
+        Return it with the tilt of a mask: its main axis, averaged over steps.
 
-        Only a large tilt is used: on upright people bags and shadows would pull it about.
+        The tilt is used only once it is large, and then until it is small again, because on
+        upright people bags and shadows would pull it about.
+
+        :param mask: (h, w) uint8 0/255 of the working image.
         """
         x, y, width, height = bounding_box(mask)
         if height > 0 and (y < 2 or y + height > mask.shape[0] - 2):
             return self
-        rate = max(_RATE, 1 / (self.masks + 1))
-        tilt = self.tilt + rate * (axis_tilt(mask[y : y + height, x : x + width]) - self.tilt)
-        angle = tilt if abs(tilt) > _LEAST_TILT else 0.0
+        measured = axis_tilt(mask[y : y + height, x : x + width])
+        rate = max(_POSE_RATE, 1 / (self.masks + 1))
+        tilt = self.tilt + rate * (min(max(measured, -_MOST_TILT), _MOST_TILT) - self.tilt)
+        angle = tilt if abs(tilt) > (_TILT_OFF if self.angle else _TILT_ON) else 0.0
         return replace(self, tilt=tilt, angle=angle, masks=self.masks + 1)

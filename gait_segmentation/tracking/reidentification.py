@@ -15,15 +15,17 @@ from gait_segmentation.scene.scene import Shift
 from gait_segmentation.tracking.association import PixelClaim
 from gait_segmentation.tracking.fusion import FusionTrack
 from gait_segmentation.tracking.likelihood import likelihood_image, log_ratio
-from gait_segmentation.tracking.pose import SEARCH_HEIGHT
 from gait_segmentation.tracking.track import Track
 from gait_segmentation.tracking.visibility import ALONE, LEAST_SEEN, Visibility
 
-_FOUND_SHARE, _FOUND_CONTRAST = 0.12, 0.35
+_FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.12, 0.5, 0.35
 """
-What a lost person must show to be found: unoccluded share, and contrast.  The first is what a
-search must score, too, since what is hidden adds nothing.
+What a lost person must show to be found: unoccluded share, likelihood, and contrast.  The first is
+what a search must score, too, since what is hidden adds nothing.
 """
+
+_SEARCH_HEIGHT = 32
+"""Height of the body in the image that is searched, in pixels."""
 
 _FAR_COST = 0.08
 """What a body height away from the expected place costs."""
@@ -71,7 +73,7 @@ def _shows(
         return False
     window = claim.window
     values, rivals = likelihood[window], taken[window]
-    visibility = Visibility.of(values, claim.mask, rivals)
+    visibility = Visibility.of(values, claim.mask, rivals, rivals)
     track.confidence = visibility.confidence
     # Who is not behind others may be beside or above something that stands there.
     lab, floor = track.view.now.image.lab_part(window), track.config.shadow_floor
@@ -80,7 +82,10 @@ def _shows(
     if visibility.share > ALONE:
         visible.append(visibility.where(foreground > 0, values))
     if not any(
-        part.share >= _FOUND_SHARE and part.contrast >= _FOUND_CONTRAST for part in visible
+        part.share >= _FOUND_SHARE
+        and part.inside >= _FOUND_INSIDE
+        and part.contrast >= _FOUND_CONTRAST
+        for part in visible
     ):
         return False
     likely = np.zeros(shape, np.uint8)
@@ -98,7 +103,7 @@ def _search(track: FusionTrack, taken: NDArray[np.uint8]) -> Shift | None:
     :returns: how far from the expected place the person seems to be, in pixels, if anywhere.
     """
     pose, view = track.pose, track.view
-    step = max(1, round(pose.height / SEARCH_HEIGHT))
+    step = max(1, round(pose.height / _SEARCH_HEIGHT))
     every = slice(None, None, step), slice(None, None, step)
     lab = view.now.image.lab_part(every)
     shape, height = (lab.shape[0], lab.shape[1]), pose.height / step

@@ -3,9 +3,10 @@
 """
 What a likelihood image shows of a person: how much, where, and how far it went.
 
-The last is measured by mean shift with scale (Comaniciu, Ramesh and Meer 2003; Bradski 1998), with
-a flat kernel.  A walker's centroid is not the centre of the window and the mass depends on the
-build, so both are compared with those of a reference: the mask the person had last.
+The last is measured by mean shift with scale (Comaniciu, Ramesh and Meer 2003; Bradski 1998).
+With the flat kernel it moves a window to the centroid of the weights in it.  A
+walker's centroid is not the centre of the window and its mass depends on the build, so both are
+compared with those of a reference: the mask the person had last.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ GUARD = 0.05
 LEAST_SEEN = 0.25
 """Share of a person below which nothing is known: neither learnt nor followed."""
 
-_STEPS = 3
-"""Steps of mean shift in a frame."""
+_ITERATIONS, _DONE_PX = 10, 0.25
+"""Most steps of mean shift, and the step that is the last."""
 
 OUTERMOST = 0.005
 """Share of the pixels on each side that does not count where a person is measured."""
@@ -44,7 +45,7 @@ class Visibility:
 
     ``unoccluded`` is (h, w) uint8 0/255, the expected mask without what others hide, and
     ``share`` its share of that mask.  ``inside`` and ``outside`` are the mean likelihoods (0..1)
-    in what is unoccluded and around the person and whoever hides them.
+    in what is unoccluded and around the person.
     """
 
     unoccluded: NDArray[np.uint8]
@@ -58,6 +59,7 @@ class Visibility:
         values: NDArray[np.uint8],
         expected: NDArray[np.uint8],
         occluder: NDArray[np.uint8] | None,
+        apart: NDArray[np.uint8] | None = None,
     ) -> Visibility:
         """
         Measure a window.
@@ -65,8 +67,9 @@ class Visibility:
         :param values: (h, w) uint8 likelihood.
         :param expected: (h, w) uint8 0/255, where the person is expected.
         :param occluder: non-zero where others hide the person, None if nowhere.
+        :param apart: non-zero where it is neither the person nor around, None if nowhere.
         """
-        person = expected if occluder is None else expected | occluder
+        person = expected if apart is None else expected | apart
         outside = cv2.mean(values, ~person)[0] / 255
         whole = cls(expected, 1.0, cv2.mean(values, expected)[0] / 255, outside)
         return whole if occluder is None else whole.where(occluder == 0, values)
@@ -126,9 +129,9 @@ def visible_box(
 class WindowShift(NamedTuple):
     """Where the weights went, in pixels, and the ratio of sizes: the root of the masses'."""
 
-    dx: float
-    dy: float
-    scale: float
+    dx: float = 0.0
+    dy: float = 0.0
+    scale: float = 1.0
 
 
 def mean_shift(
@@ -143,13 +146,16 @@ def mean_shift(
     :returns: the shift; zero if weights or reference are empty in the window.
     """
     mass, from_x, from_y = _moments(reference, window)
-    dx, dy, scale = 0.0, 0.0, 1.0
-    for _ in range(_STEPS):
+    found, dx, dy = 0.0, 0.0, 0.0
+    for _ in range(_ITERATIONS if mass else 0):
         found, x, y = _moments(weights, window.shifted(dx, dy))
-        if not (mass and found):
-            return WindowShift(0.0, 0.0, 1.0)
-        dx, dy, scale = x - from_x, y - from_y, math.sqrt(found / mass)
-    return WindowShift(dx, dy, scale)
+        if not found:
+            break
+        step_x, step_y = x - from_x - dx, y - from_y - dy
+        dx, dy = dx + step_x, dy + step_y
+        if max(abs(step_x), abs(step_y)) < _DONE_PX:
+            break
+    return WindowShift(dx, dy, math.sqrt(found / mass)) if found else WindowShift()
 
 
 def _moments(weights: NDArray[np.uint8], window: Box) -> tuple[float, float, float]:

@@ -87,7 +87,7 @@ def test_several_compete_as_their_densities_say() -> None:
             image[claims[k].window] = expected[k]
             own[claims[k].window] = expected[k] + claims[k].falloff
         both = (here > 0) & (there > 0)
-        there[both & (favour[0] >= favour[1])] = here[both & (favour[0] < favour[1])] = -bonus
+        there[both & (favour[0] >= favour[1])] = here[both & (favour[0] < favour[1])] = -0.5
         expected[first], expected[second] = (
             here[claims[first].window],
             there[claims[second].window],

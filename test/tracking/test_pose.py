@@ -20,7 +20,7 @@ def ellipse(x: float, y: float, height: float, degrees: float = 0.0) -> np.ndarr
 
 
 def standing(y: float = 120, height: float = 100) -> Pose:
-    return Pose(100, y, height, 20, 20)
+    return Pose(100, y, height, 20, 20, mask_height=height)
 
 
 @pytest.mark.parametrize('degrees', [0, 20])
@@ -36,6 +36,17 @@ def test_place_and_size_follow_the_masks_in_the_frame_of_the_body(degrees: int) 
     found = state.center_x, state.center_y, state.height
     assert found == pytest.approx((108, 123, 108), abs=2)
     assert state.box.width == pytest.approx(36, abs=3)
+
+
+def test_without_masks_the_size_follows_mean_shift_up_to_a_limit() -> None:
+    state = standing(height=100)
+    for _ in range(60):
+        state = state.scaled(1.1)
+    assert state.height == pytest.approx(110, abs=0.5)
+    assert state.box.width == pytest.approx(44, abs=0.5)
+    for _ in range(60):
+        state = state.scaled(3.0)
+    assert state.height == pytest.approx(115, abs=0.5)
 
 
 def test_a_body_that_leaves_below_keeps_its_height_and_hangs_from_the_head() -> None:
@@ -74,9 +85,9 @@ def test_the_first_step_sets_the_velocity() -> None:
 
 
 @pytest.mark.parametrize('side', [-1, 1])
-def test_only_a_large_tilt_is_used(side: int) -> None:
+def test_a_tilt_is_used_from_a_large_one_on_until_it_is_small(side: int) -> None:
     leaning = standing()
-    for degrees, used in ((5.0, False), (20.0, True), (5.0, False)):
+    for degrees, used in ((7.5, False), (5.0, False), (20.0, True), (7.5, True), (0.0, False)):
         for _ in range(40):
             leaning = leaning.tilted(ellipse(100, 120, 100, side * degrees))
         assert np.degrees(leaning.angle) == pytest.approx(side * degrees * used, abs=2)

@@ -30,8 +30,9 @@ class CueInput:
     """
     The newest frame of a view about the place where a person is expected.
 
-    ``states`` are those of the track, the newest last, ``logit`` is what has been made of the
-    window so far, and ``seen`` whether the person was seen until now.
+    ``states`` are those of the track, the newest last, ``pose`` that of the body, ``window`` the
+    rows and columns that are judged, ``logit`` (h, w) float32 what has been made of them so far,
+    and ``seen`` whether the person was seen until now: of who is lost no motion is known.
     """
 
     view: View
@@ -57,7 +58,12 @@ class Cue(ABC):
 
     @abstractmethod
     def calibrate(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
-        """Learn from noted values, (h, w) uint8, and where the person was, non-zero in uint8."""
+        """
+        Learn which of the values that were noted are the person's.
+
+        :param values: (h, w) uint8, see :meth:`note`.
+        :param person: (h, w) uint8, non-zero on the person.
+        """
 
     def note(self, given: CueInput, values: NDArray[np.uint8]) -> None:
         """Keep the values of the window's pixels with the state until its mask comes."""

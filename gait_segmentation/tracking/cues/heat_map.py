@@ -3,15 +3,19 @@
 """
 The cue from a heat map: what its values mean for one person, learnt from where they were.
 
-Networks are overconfident, and a map may be inverted, shifted, late or of another camera: what
-its numbers mean is learnt, see :class:`.MapCalibration`.  How far it is off is where it correlates
-best with what all else says of the pixels, in the mean over some frames, and how well it does
-there is how much it counts.
+A heat map's own numbers are not taken for granted: networks are overconfident, and a map may be
+inverted, shifted, late or of another camera.  What they mean is learnt, see
+:class:`.MapCalibration`.
+
+How far a map is off is where it correlates best with what all else says of the pixels, in the
+mean over some frames, and how well it does there is how much it counts.  One that has nothing to
+do with the person counts nothing, and an inverted one is used the other way round.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import cv2
@@ -23,13 +27,15 @@ from gait_segmentation.heat_maps import MapCalibration
 from gait_segmentation.images import Window, shifted_part, size_of
 from gait_segmentation.scene.scene import Shift
 from gait_segmentation.tracking.cues import Cue, CueInput
-from gait_segmentation.tracking.pose import SEARCH_HEIGHT
 
 _FLOOR = 0.03
 """Share of the pixels of either kind that may have any value, which limits the evidence."""
 
 _FILLED = 0.5
 """Share of a tight box that is the person."""
+
+_SMALL = 24
+"""Height in pixels to which a taller body is reduced when the map is laid on it."""
 
 _REACH = 0.6
 """How far off a map may be, in body heights."""
@@ -41,6 +47,12 @@ _STRANGE, _TRUSTED = 0.65, 0.8
 """
 Correlation up to which a map has nothing to do with the person, and from which it counts in full:
 another person's silhouette rarely comes to the first, a map three frames late to the second.
+"""
+
+_DOUBT = 0.02
+"""
+By how much less a map counts with each frame in which it does not agree: what has long agreed is
+trusted for a while, since all else may have gone astray.
 """
 
 
@@ -86,27 +98,30 @@ class HeatMapCue(Cue):
         :param moved: how far the person went since the frame of the map.
         """
         # Not enlarged: a box of less than a pixel would make an image of gigabytes.
-        scale, reach = min(SEARCH_HEIGHT / height, 1.0), math.ceil(_REACH * SEARCH_HEIGHT)
+        scale, reach = min(_SMALL / height, 1.0), math.ceil(_REACH * _SMALL)
         rows, columns = (round(scale * each) for each in size_of(window))
         if not (rows and columns):
             return
         left, top = window[1].start - moved[0], window[0].start - moved[1]
         corner = left - reach / scale, top - reach / scale
         about = _reduced(heat, scale, corner, (columns + 2 * reach, rows + 2 * reach))
-        own = _reduced(likely, scale, (0.0, 0.0), (columns, rows))
-        fit = cv2.matchTemplate(about, own, cv2.TM_CCOEFF_NORMED)
+        fit = cv2.matchTemplate(
+            about, _reduced(likely, scale, (0.0, 0.0), (columns, rows)), cv2.TM_CCOEFF_NORMED
+        )
         # Where the map is the same all over it is not known.
         fit = np.where(np.isfinite(fit), np.clip(fit, -1, 1), 0).astype(np.float64)
         self._fit = fit if self._fit is None else self._fit + _FIT_RATE * (fit - self._fit)
         # An inverted map tells as much.
         size = np.abs(self._fit)
         row, column = divmod(int(np.argmax(size)), size.shape[1])
-        if size[row, column] <= size[reach, reach]:
-            row = column = reach
+        best = size[row, column]
         self._agrees = abs(fit[row, column]) >= _TRUSTED
-        certainty = (size[row, column] - _STRANGE) / (_TRUSTED - _STRANGE)
-        self.weight = float(np.clip(certainty, 0, 1))
-        self._off = (column - reach) / scale, (row - reach) / scale
+        weight = float(np.clip((best - _STRANGE) / (_TRUSTED - _STRANGE), 0, 1))
+        self.weight = max(weight, self.weight - _DOUBT)
+        self._off = (0.0, 0.0)
+        if best > size[reach, reach]:
+            x, y = _peak(size[row], column), _peak(size[:, column], row)
+            self._off = (x - reach) / scale, (y - reach) / scale
 
     def part(
         self, heat: NDArray[np.uint8], window: Window, moved: Shift = (0.0, 0.0)
@@ -134,12 +149,20 @@ class HeatMapCue(Cue):
         return self.evidence_of(part)
 
     def evidence_of(self, values: NDArray[np.uint8]) -> NDArray[np.float32]:
-        """Return the log-likelihood ratios of a part of the map, see :class:`.MapCalibration`."""
+        """
+        Return the log-likelihood ratios of the person, 0 if nothing is known of the map.
+
+        :param values: (h, w) uint8, a part of the map; the result is as large, float32.
+        """
         return self._grades.evidence(values, self.weight)
 
     def calibrate(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
-        """Learn what the values of the map mean, see :meth:`Cue.calibrate`."""
-        # If they do not agree either may be wrong, and what the map meant before can tell.
+        """
+        Learn what the values of the map mean, see :meth:`Cue.calibrate`.
+
+        From a mask that the map does not agree with nothing is learnt: either may be wrong, and
+        what the map meant before is what can tell.
+        """
         if self._agrees:
             self._grades.add_mask(values, person)
 
@@ -148,10 +171,24 @@ def _reduced(
     image: NDArray[Any], scale: float, corner: Shift, size: tuple[int, int]
 ) -> NDArray[np.float32]:
     """Return a part of an image at a smaller scale, its rim outside of it, (h, w) float32."""
-    # A pixel of the part is the mean of those that it stands for.
     side = 2 * round(0.5 / scale) + 1
-    move = np.array([[1 / scale, 0, corner[0]], [0, 1 / scale, corner[1]]])
+    # What the part is made of, as far as it is inside.
+    (left, top), (columns, rows) = corner, size
+    x = min(max(int(left) - side, 0), image.shape[1] - 1)
+    y = min(max(int(top) - side, 0), image.shape[0] - 1)
+    right = max(math.ceil(left + columns / scale) + side, x + 1)
+    bottom = max(math.ceil(top + rows / scale) + side, y + 1)
+    move = np.array([[1 / scale, 0, left - x], [0, 1 / scale, top - y]])
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    soft = cv2.blur(image, (side, side))
+    soft = cv2.blur(image[y:bottom, x:right], (side, side))
     small = cv2.warpAffine(soft, move, size, flags=flags, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(small, np.float32)
+
+
+def _peak(values: Sequence[float] | NDArray[np.float64], at: int) -> float:
+    """Return where the parabola through the greatest of some values and its neighbours peaks."""
+    if not 0 < at < len(values) - 1:
+        return float(at)
+    before, here, after = (float(value) for value in values[at - 1 : at + 2])
+    bend = before - 2 * here + after
+    return at + (0.5 * (before - after) / bend if bend < 0 else 0.0)

@@ -3,14 +3,17 @@
 """
 Motion: what moves with the body, what stays with the world, and what does neither.
 
-An earlier frame is warped to this one with the world and with the body.  A pixel belongs to the
-motion that explains it better, which needs no learning.  And how often each pair of differences
-was seen on the person and beside it, apart for what the person had covered in the earlier frame
-and what not, is counted from the masks: an arm that swings moves otherwise than the body, leaves
-do so beside it, and a wall that the first mask took for a coat does not move at all.
+An earlier frame is warped to this one twice, with the world and with the body, and both are
+compared with it.  Two things are made of the two differences.  A pixel belongs to the motion that
+explains it better, which needs no learning.  And how often each pair of differences was seen on
+the person and beside it, apart for what the person had covered in the earlier frame and what not,
+is counted from the masks: an arm that swings moves otherwise than the body, leaves do so beside
+it, and a wall that the first mask took for a coat does not move at all.
 """
 
 from __future__ import annotations
+
+import math
 
 import cv2
 import numpy as np
@@ -21,26 +24,30 @@ from gait_segmentation.scene.scene import MOTION_GAP
 from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.tracking.cues import Cue, CueInput
 
+_LEAST_MOTION = 0.02
+"""Motion of the body against the world from which the better explanation counts, in heights."""
+
 _SIGMA = 12.0
 """Spread of the difference of a pixel that is explained, in grey levels."""
 
 _LIMIT = 2.0
 """Largest log-likelihood ratio of either part, before it is weighed."""
 
-_GRADE_OF = np.log2(np.arange(256) + 1).astype(np.uint8)
-"""Grade of a difference in grey levels: each begins a factor of two above the last."""
+_EDGES = (2, 4, 7, 12, 20)
+"""Differences, in grey levels, above which the next grade begins; about a factor apart."""
 
-_GRADES = int(_GRADE_OF[-1]) + 1
+_GRADES = len(_EDGES) + 1
 _KINDS = _GRADES**2
+_GRADE_OF = np.searchsorted(_EDGES, np.arange(256)).astype(np.uint8)
 
 _RATE = 0.1
 """Least share by which the counts move towards those of a frame."""
 
+_FEW = 0.02
+"""Share of the pixels of either kind from which their own differences count, not those of all."""
+
 _FLOOR = 0.01
-"""
-Share of the pixels of either kind that may show any pair of differences, and from which their own
-differences count, not those of all.
-"""
+"""Share of the pixels of either kind that may show any pair of differences."""
 
 
 class MotionCue(Cue):
@@ -54,7 +61,7 @@ class MotionCue(Cue):
 
     def evidence(self, given: CueInput) -> NDArray[np.float32] | None:
         """Return log-likelihood ratios, see :meth:`Cue.evidence`."""
-        view, window = given.view, given.window
+        view, window, pose = given.view, given.window, given.pose
         recent = list(given.states)[-1 - MOTION_GAP :]
         state = next(each for each in recent if each.frame in view.frames)
         earlier = state.frame
@@ -64,14 +71,25 @@ class MotionCue(Cue):
         motion, (dx, dy) = view.motion_since(earlier), given.moved(state)
         stays = motion.warped(earlier.image.gray, window)
         body = WorldMotion(np.array([[1, 0, dx], [0, 1, dy], [0, 0, 1]]))
-        moves, gray = body.warped(earlier.image.gray, window), view.now.image.gray[window]
+        moves = body.warped(earlier.image.gray, window)
+        gray = view.now.image.gray[window]
         stay, move = (cv2.blur(cv2.absdiff(gray, each), (3, 3)) for each in (stays, moves))
         covered = np.zeros_like(stay)
         if earlier.people is not None:
             covered = motion.warped(earlier.people, window, cv2.BORDER_CONSTANT)
+        x, y = motion.carry(pose.center_x - dx, pose.center_y - dy)
+        apart = math.hypot(pose.center_x - x, pose.center_y - y)
         kinds, evidence = np.empty_like(stay), np.empty(stay.shape, np.float32)
-        weight = given.config.motion_weight
-        _weigh(stay, move, covered, self._ratios(), weight, kinds, evidence)
+        _weigh(
+            stay,
+            move,
+            covered,
+            self._ratios(),
+            apart >= _LEAST_MOTION * pose.height,
+            given.config.motion_weight,
+            kinds,
+            evidence,
+        )
         self.note(given, kinds)
         return evidence
 
@@ -99,18 +117,20 @@ class MotionCue(Cue):
         shares = self._shares.reshape(2, 2, _KINDS)
         # Among what was covered and what was not: where the person was is no evidence.  Of what
         # is seldom seen, as nothing that was covered is beside a person who stands, as of all.
-        shares = shares + _FLOOR * shares.sum(axis=1, keepdims=True)
+        every = shares.sum(axis=1, keepdims=True)
+        shares = shares + _FEW * every
         shares = shares / shares.sum(axis=2, keepdims=True) + _FLOOR
         ratios = np.log(shares[0] / shares[1])
         return np.clip(ratios, -_LIMIT, _LIMIT).astype(np.float32).ravel()
 
 
-@kernel('u1[:,::1], u1[:,::1], u1[:,::1], f4[::1], f8, u1[:,::1], f4[:,::1]')
+@kernel('u1[:,::1], u1[:,::1], u1[:,::1], f4[::1], b1, f8, u1[:,::1], f4[:,::1]')
 def _weigh(
     stay: NDArray[np.uint8],
     move: NDArray[np.uint8],
     covered: NDArray[np.uint8],
     ratios: NDArray[np.float32],
+    better: bool,
     weight: float,
     kinds: NDArray[np.uint8],
     evidence: NDArray[np.float32],
@@ -121,12 +141,15 @@ def _weigh(
     :param stay, move: differences from the earlier frame warped with the world and the body.
     :param covered: above 127 where the person was in that.
     :param ratios: of the pairs, see :meth:`MotionCue._ratios`.
+    :param better: whether the better explanation counts.
     """
     limit, scale = np.float32(_LIMIT), np.float32(2 * _SIGMA**2)
     for row in range(stay.shape[0]):
         for col in range(stay.shape[1]):
             kind = _GRADES * _GRADE_OF[stay[row, col]] + _GRADE_OF[move[row, col]]
             kind += _KINDS if covered[row, col] > 127 else 0
-            better = np.float32(np.int32(stay[row, col]) ** 2 - np.int32(move[row, col]) ** 2)
-            value = ratios[kind] + min(max(better / scale, -limit), limit)
+            value = ratios[kind]
+            if better:
+                gain = np.float32(np.int32(stay[row, col]) ** 2 - np.int32(move[row, col]) ** 2)
+                value += min(max(gain / scale, -limit), limit)
             kinds[row, col], evidence[row, col] = kind, np.float32(weight) * value
