@@ -71,6 +71,7 @@ class PeopleTracker:
         self._bank = bank
         self._ids = count(1)
         self._slots: list[Track | None] = [None] * max_people
+        self._finder = WalkerFinder(bank)
         self.starting = starting or StartingConfig()
         self._boxes: list[Box] = []
         self._given = False
@@ -105,6 +106,8 @@ class PeopleTracker:
     @starting.setter
     def starting(self, config: StartingConfig) -> None:
         self._starting = config
+        # The scene goes on without the view of the search so far.
+        self._finder.stop()
         self._finder = WalkerFinder(self._bank, config, len(self._slots))
         self._map_finder = MapFinder(self._bank)
 
