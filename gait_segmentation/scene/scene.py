@@ -219,13 +219,13 @@ class View:
         if motion.camera is not None:
             # The mask came late: the frame is moved on to where the background is by now.
             windows = around = self.now.windows
-            lab, people = _moved_on(frame, people, motion, windows)
+            lab, people = _lab_after(motion, lab, windows), _hidden_after(motion, people, windows)
         self.background.measure_noise(lab, people, around)
         if gate:
             hidden = hidden.copy()
             self._add_moving(hidden, frame)
         if motion.camera is not None:
-            lab, hidden = _moved_on(frame, hidden, motion, windows)
+            hidden = _hidden_after(motion, hidden, windows)
         self.background.add(lab, hidden, windows)
 
     def _add_moving(self, people: NDArray[np.uint8], frame: Frame) -> None:
@@ -329,17 +329,15 @@ class Scene:
     """
     What is known of the place, whoever is tracked in it.
 
-    ``views`` are those in use, of which ``whole`` is the one people are looked for in, None if
-    they are not.  ``moving`` is (h, w) uint8 of any size, non-zero where something moved in the
-    last frame, None if that is not known.  ``fades`` tells that the newest frame is the first
-    without colours after those that had some.
+    ``views`` are those in use.  ``moving`` is (h, w) uint8 of any size, non-zero where something
+    moved in the last frame, None if that is not known.  ``fades`` tells that the newest frame is
+    the first without colours after those that had some.
     """
 
     def __init__(self, source: tuple[int, int]) -> None:
         """Make a scene of which nothing is known; ``source`` is (H, W) of its images."""
         self.source = source
         self.views: list[View] = []
-        self.whole: WholeView | None = None
         self.moving: NDArray[np.uint8] | None = None
         self.fades = False
         self.stamp_ns = 0
@@ -434,16 +432,24 @@ class Scene:
         )
 
 
-def _moved_on(
-    frame: Frame, people: NDArray[np.uint8], motion: WorldMotion, windows: Sequence[Window]
-) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Return a frame in Lab and where people are in it, as the world has moved since."""
-    lab, hidden = np.zeros_like(frame.image.lab), np.ones_like(people)
-    free = cv2.inRange(people, 0, 0)
+def _lab_after(
+    motion: WorldMotion, lab: NDArray[np.uint8], windows: Sequence[Window]
+) -> NDArray[np.uint8]:
+    """Return windows of a frame in Lab as the world has moved since, (h, w, 3) uint8."""
+    moved = np.zeros_like(lab)
     for window in windows:
-        lab[window] = motion.warped(frame.image.lab, window)
-        hidden[window] = cv2.inRange(motion.warped(free, window, cv2.BORDER_CONSTANT), 0, 254)
-    return lab, hidden
+        moved[window] = motion.warped(lab, window)
+    return moved
+
+
+def _hidden_after(
+    motion: WorldMotion, hidden: NDArray[np.uint8], windows: Sequence[Window]
+) -> NDArray[np.uint8]:
+    """Return what a frame does not show of windows as the world has moved since, (h, w) uint8."""
+    moved, free = np.ones_like(hidden), cv2.inRange(hidden, 0, 0)
+    for window in windows:
+        moved[window] = cv2.inRange(motion.warped(free, window, cv2.BORDER_CONSTANT), 0, 254)
+    return moved
 
 
 def moving_pixels(

@@ -20,7 +20,6 @@ from gait_segmentation.images import (
     placed,
     shifted_part,
     shrink,
-    size_of,
 )
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.scene.scene import Frame, Shift, View
@@ -118,7 +117,7 @@ class FusionTrack(Track):
         """Judge pixels by all cues."""
         pose, view, config, seen = self.pose, self.view, self.config, self.state == TRACKED
         window = self.window
-        if not all(size_of(window)):
+        if self.is_outside:
             return None
         expected, lab = self.expected_mask(), view.now.image.lab_part(window)
         away = distance_from(expected > 127)

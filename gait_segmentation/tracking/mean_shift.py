@@ -71,7 +71,7 @@ class MeanShiftTrack(Track):
     def claim(self) -> PixelClaim | None:
         """Judge pixels by the chosen features."""
         pose, window = self.pose, self.window
-        if not all(size_of(window)):
+        if self.is_outside:
             return None
         logit = self._selector.log_ratio(_pixels(self.view.now, window))
         mask = self.expected_mask()
@@ -106,7 +106,7 @@ class MeanShiftTrack(Track):
     def _learn(self) -> None:
         """Learn what is likely in the ellipse, at first all of it, and what is about the box."""
         box, window = self.pose.box, self.window
-        if not all(size_of(window)):
+        if self.is_outside:
             return
         pixels = _pixels(self.view.now, window)
         labels = np.zeros(size_of(window), np.uint8)

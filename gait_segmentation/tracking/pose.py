@@ -96,7 +96,9 @@ class Pose:
         return 0.0 if min(across, down) <= 0 else across * down / (box.width * box.height)
 
     def shifted(self, dx: float, dy: float) -> Pose:
-        """Return it moved."""
+        """Return it moved; itself, with what is known of its box, if it stays."""
+        if not (dx or dy):
+            return self
         return replace(self, center_x=self.center_x + dx, center_y=self.center_y + dy)
 
     def outside_by(self, shape: tuple[int, int]) -> Shift:

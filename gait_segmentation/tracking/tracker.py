@@ -71,8 +71,8 @@ class PeopleTracker:
         self._bank = bank
         self._ids = count(1)
         self._slots: list[Track | None] = [None] * max_people
-        self._finder = WalkerFinder(bank)
-        self.starting = starting or StartingConfig()
+        self._starting = starting or StartingConfig()
+        self._finder = WalkerFinder(bank, self._starting, max_people)
         self._boxes: list[Box] = []
         self._given = False
         self._heat_maps = HeatMaps()
