@@ -13,9 +13,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import Box
 
 _MOST_KEPT = 16
 """Maps kept whose frames have not come."""
+
+_ABOUT_PX = 4
+"""How far about an outline the slopes are that those on it are compared with, in pixels."""
+
+_LEAST_OUTLINE, _MOST_POINTS = 30, 2000
+"""Pixels of an outline from which it tells anything, and how many are looked at, at most."""
+
+_TRUST_RATE = 0.2
+"""Share by which the alignment moves towards that of the newest map."""
+
+_ASTRAY, _ALIGNED = 0.8, 1.0
+"""Alignment up to which a map is of something else, and from which it counts in full."""
+
+_MOST_RIM = 0.6
+"""Most of the image's rim that people take up."""
+
+_OWN = 0.1
+"""
+Share of the smaller of a region and the expected person that both have in common, from which the
+region is theirs.
+"""
 
 _BIN_WIDTH = 16
 """Values of a map in one bin."""
@@ -30,6 +52,95 @@ class HeatMap:
 
     values: NDArray[np.uint8]
     stamp_ns: int
+
+
+def alignment(values: NDArray[np.uint8], lab: NDArray[np.uint8]) -> float | None:
+    """
+    Return how well the outline of a map lies on edges of the image, None without an outline.
+
+    That is the gradient across the outline over that in any direction near it, in the mean: 2 / pi
+    where they have nothing to do with each other, about 1.5 where the map is right.  No mask is
+    needed for it, so a map is believed, or not, whatever they say.
+
+    :param values: (h, w) uint8.
+    :param lab: (h, w, 3) uint8, the image in Lab.
+    """
+    inside = np.asarray(cv2.threshold(values, 127, 255, cv2.THRESH_BINARY)[1])
+    outline, about = (
+        cv2.morphologyEx(inside, cv2.MORPH_GRADIENT, np.ones((size, size), np.uint8))
+        for size in (3, 2 * _ABOUT_PX + 1)
+    )
+    soft = cv2.GaussianBlur(values, (5, 5), 0)
+    on, near = (_inner_points(each) for each in (outline, about))
+    if len(on[0]) < _LEAST_OUTLINE:
+        return None
+    x, y = _slopes(lab, near)
+    total = np.hypot(x, y).sum(axis=1).mean()
+    x, y = _slopes(lab, on)
+    across, down = (each[:, None] for each in _slopes(soft, on))
+    normal = np.abs(x * across + y * down) / np.maximum(np.hypot(across, down), 1e-3)
+    return float(normal.sum(axis=1).mean() / max(total, 1e-3))
+
+
+def _inner_points(marked: NDArray[np.uint8]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return rows and columns of what is marked, off the border, not more than are needed."""
+    points = np.flatnonzero(marked[1:-1, 1:-1])
+    points = points[:: 1 + len(points) // _MOST_POINTS]
+    rows, columns = np.divmod(points, marked.shape[1] - 2)
+    return rows + 1, columns + 1
+
+
+def _slopes(
+    image: NDArray[np.uint8], points: tuple[NDArray[np.intp], NDArray[np.intp]]
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the slopes of an image at some points, across and down."""
+    rows, columns = points
+    right, left = image[rows, columns + 1], image[rows, columns - 1]
+    below, above = image[rows + 1, columns], image[rows - 1, columns]
+    return np.subtract(right, left, dtype=np.float32), np.subtract(below, above, dtype=np.float32)
+
+
+def regions(values: NDArray[np.uint8]) -> list[tuple[Box, int]]:
+    """Return the box and the area of each region that a map, (h, w) uint8, shows."""
+    _, _, stats, _ = cv2.connectedComponentsWithStats(cv2.inRange(values, 128, 255))
+    return [(Box(*row[:4]), row[4]) for row in stats[1:].tolist()]
+
+
+def own_regions(values: NDArray[np.uint8], expected: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """
+    Return a map without the regions of others, (h, w) uint8.
+
+    :param values: (h, w) uint8, P(person).
+    :param expected: (h, w) uint8, above 127 where the person is expected.
+    """
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(cv2.inRange(values, 128, 255))
+    person = expected > 127
+    areas = stats[:, cv2.CC_STAT_AREA]
+    common = np.bincount(labels[person], minlength=len(areas))
+    others = common < _OWN * np.minimum(areas, np.count_nonzero(person))
+    others[0] = False
+    return np.where(others[labels], np.uint8(0), values) if others.any() else values
+
+
+class MapTrust:
+    """How much the maps of a stream count, 0 to 1, by how they lie on its frames."""
+
+    def __init__(self) -> None:
+        """Begin without a map."""
+        self._alignment: float | None = None
+
+    def update(self, values: NDArray[np.uint8], lab: NDArray[np.uint8]) -> float:
+        """Take in a map and the frame it is of, see :func:`alignment`; return the trust."""
+        found = alignment(values, lab)
+        rim = np.concatenate([values[0], values[-1], values[:, 0], values[:, -1]])
+        if np.count_nonzero(rim > 127) > _MOST_RIM * rim.size:
+            # It shows what people are not, as one that is inverted.
+            found = 0.0
+        if found is not None:
+            before = found if self._alignment is None else self._alignment
+            self._alignment = before + _TRUST_RATE * (found - before)
+        known = _ASTRAY if self._alignment is None else self._alignment
+        return float(np.clip((known - _ASTRAY) / (_ALIGNED - _ASTRAY), 0, 1))
 
 
 class HeatMaps:

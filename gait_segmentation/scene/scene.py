@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import REACH, Box, body_window
-from gait_segmentation.heat_maps import HeatMap
+from gait_segmentation.heat_maps import HeatMap, MapTrust
 from gait_segmentation.images import Window
 from gait_segmentation.scene.background import SURE_COUNT, BackgroundModel
 from gait_segmentation.scene.ego_motion import MotionEstimator
@@ -70,6 +70,7 @@ class Frame:
     blank: bool = False
     heat: NDArray[np.uint8] | None = None
     heat_frames: int = 0
+    heat_trust: float = 0.0
     people: NDArray[np.uint8] | None = None
     learnt: bool = False
 
@@ -97,6 +98,7 @@ class View:
         self.areas: Sequence[Box] = ()
         self.everywhere = False
         self.points = MotionEstimator()
+        self._map_trust = MapTrust()
         self._expected = self.background, [self.all]
 
     @property
@@ -189,6 +191,8 @@ class View:
             # It is of the frame that is nearest to its stamp.
             ages = [abs(stamp_ns - heat.stamp_ns) for stamp_ns in stamps]
             self.now.heat_frames = len(ages) - 1 - ages.index(min(ages))
+            of = self.frames[-1 - self.now.heat_frames].image
+            self.now.heat_trust = self._map_trust.update(self.now.heat, of.lab)
 
     def clear(self) -> None:
         """Forget the place, for the camera shows another one from now on."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import inner_range, tanimoto
+from gait_segmentation.images import bounding_box, inner_range, tanimoto
 
 _TRIM_ROWS, _TRIM_COLUMNS = 0.005, 0.02
 """Share of a blob's pixels beyond each end of its box."""
@@ -120,6 +120,12 @@ class BodyShapes:
     def likeness(self, shape: NDArray[np.uint8]) -> float:
         """Return the similarity of a normalised shape with the template most like it, 0 to 1."""
         return float(tanimoto(self._shapes, shape).max())
+
+    def likeness_of(self, mask: NDArray[np.uint8]) -> float:
+        """Return the likeness of what is not zero of a mask, (h, w) uint8 0/255."""
+        x, y, width, height = bounding_box(mask)
+        shape = normalised(mask[y : y + height, x : x + width]) if height else None
+        return 0.0 if shape is None else self.likeness(shape)
 
 
 def normalised(region: NDArray[np.uint8], aspect: float | None = None) -> NDArray[np.uint8] | None:

@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.starting.blobs import BodyShapes, normalised
@@ -33,8 +32,8 @@ must be in sum over maps in a row: the clear shape of a body is enough at once.
 class MapFinder:
     """Finds people in heat maps."""
 
-    def __init__(self, bank: TemplateBank) -> None:
-        self._shapes = BodyShapes(bank)
+    def __init__(self, shapes: BodyShapes) -> None:
+        self._shapes = shapes
         self._stamp_ns = 0
         self._regions: list[tuple[Box, float]] = []
         """What may be a body, in source pixels, and how sure that is by now."""

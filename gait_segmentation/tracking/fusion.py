@@ -31,6 +31,7 @@ from gait_segmentation.tracking.cues import CueInput
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
 from gait_segmentation.tracking.cues.motion import MotionCue
 from gait_segmentation.tracking.likelihood import log_ratio
+from gait_segmentation.tracking.map_witness import MapWitness
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.track import WHOLE, State, Track
 from gait_segmentation.tracking.visibility import (
@@ -82,12 +83,12 @@ class FusionTrack(Track):
         view: View,
         start: FirstMask,
         config: TrackingConfig,
-        heat_map: HeatMapCue | None = None,
+        witness: MapWitness | None = None,
     ) -> None:
         """
         Begin with the first mask, in the newest frame of a view.
 
-        :param heat_map: what is known of the heat map, if anything.
+        :param witness: takes in what heat maps show beside the masks.
         """
         pose = Pose.of(start.body, start.box, start.body.angle if config.use_tilt else 0.0)
         super().__init__(track_id, view, pose, config)
@@ -101,7 +102,8 @@ class FusionTrack(Track):
         inside = np.ascontiguousarray(start.votes[self.window])
         outside = cv2.erode(1 - inside, np.ones((3, 3), np.uint8))
         self._learn_colours(view.now.image.lab_part(self.window), inside, outside, 1.0, 1.0)
-        self.cues = (MotionCue(), heat_map or HeatMapCue())
+        self.cues = (MotionCue(), HeatMapCue())
+        self.witness = witness
         self.appearance = Appearance(self._signature(start.mask, view.now, self.window))
 
     def expected_mask(self) -> NDArray[np.uint8]:
@@ -135,8 +137,10 @@ class FusionTrack(Track):
             config,
             strangers,
         )
+        body, area = expected if template is None else template, self._usual_area
         for cue in self.cues:
-            evidence = cue.evidence(CueInput(view, self.states, pose, window, logit, seen, config))
+            given = CueInput(view, self.states, pose, window, body, logit, seen, area, config)
+            evidence = cue.evidence(given)
             if evidence is not None:
                 logit += evidence
         return PixelClaim(
@@ -198,6 +202,8 @@ class FusionTrack(Track):
             return None
         mask, template = working_masks(feedback, self.view.shape)
         self.visible = Silhouette(mask, state.displacement)
+        if self.witness is not None:
+            self.witness.see(state.frame, mask, self.pose.height)
         if not self._is_person(mask, template):
             return None
         # To where the body was in that frame.

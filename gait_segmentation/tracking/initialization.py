@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from operator import itemgetter
 
 import numpy as np
@@ -14,21 +13,25 @@ from numpy.typing import NDArray
 
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, body_window
-from gait_segmentation.images import Window
+from gait_segmentation.heat_maps import own_regions, regions
+from gait_segmentation.images import Window, within
 from gait_segmentation.results import LOST
 from gait_segmentation.scene.scene import View, WholeView
 from gait_segmentation.starting import FirstMask, estimate_first_mask
 from gait_segmentation.tracking.appearance import SAME_COLOURS
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.cues.heat_map import HeatMapCue
+from gait_segmentation.tracking.cues.heat_map import map_evidence
 from gait_segmentation.tracking.mean_shift import start_in
 from gait_segmentation.tracking.track import Track
 
+_FILLS = 0.7
+"""Intersection over union of a box and that of what a map shows in it which is then the person."""
+
+_SOLID = 0.3
+"""Least share of its box that a person has."""
+
 _ABOUT = 0.3
 """How far about a person found the place is remembered, in body heights."""
-
-Beginning = tuple[FirstMask, HeatMapCue]
-"""The first mask of a person, and what is known of the heat map."""
 
 
 def estimate_first(
@@ -39,7 +42,7 @@ def estimate_first(
     config: TrackingConfig,
     *,
     by_map: bool = False,
-) -> Beginning:
+) -> FirstMask:
     """
     Estimate a first mask before what the camera has seen of the place; the box may be off.
 
@@ -48,46 +51,47 @@ def estimate_first(
     :param box: in working pixels, in the view's newest frame.
     :param past: the place as it was before that frame, if it is known.
     :param by_map: whether the heat map of that frame is what tells of the person.
-    :returns: it, and what the box says of a heat map of that frame.
     """
-    cue, heat = HeatMapCue(), view.now.heat
     if config.method == 'adaptive_mean_shift':
-        return start_in(box, view.shape), cue
+        return start_in(box, view.shape)
     area = body_window(box.center_x, box.center_y, box.height, box)
     area = area.padded(_ABOUT * box.height, _ABOUT * box.height)
     window = area.slices(view.shape[1], view.shape[0])
     known = None if past is None else past.known(view.shape)
     evidence = np.zeros(view.shape, np.float32)
+    frame = view.now
     if known is not None:
-        lab = view.now.image.lab_part(window)
+        lab = frame.image.lab_part(window)
         evidence[window] = known.evidence(lab, window, config.shadow_floor)
-    estimate = partial(
-        estimate_first_mask,
-        view.now.image.lab,
-        box,
-        bank,
-        use_tilt=config.use_tilt,
-        evidence=evidence,
-    )
-    start = estimate()
-    if heat is not None and not view.now.heat_frames:
-        # The box tells as much of where the person is as a first mask that may be poor.
-        share = np.float32(1 if by_map else 0.5)
-        likely = (1 - share) * start.votes
+    shown = None
+    if frame.heat is not None and frame.heat_trust and not frame.heat_frames:
+        inside = np.zeros(view.shape, np.uint8)
         there = box.slices(view.shape[1], view.shape[0])
-        likely[there] += share * heat[there] / np.float32(255)
-        cue.place(heat, window, likely[window], box.height)
-        cue.begin(heat, box, window)
-        if cue.weight:
-            shown = cue.evidence_of(cue.part(heat, window))
-            evidence[window] += shown
-            start = estimate()
-            if by_map:
-                start = _as_shown(start, shown, window)
+        inside[there] = 255
+        own = own_regions(frame.heat[window], inside[window])
+        part = (own > 127)[within(there, window)]
+        fills = by_map or _fills(own, box.shifted(-window[1].start, -window[0].start))
+        rows = 1.0 if fills else float(part.any(axis=1).mean())
+        logit = map_evidence(own, frame.heat_trust, rows)
+        evidence[window] += logit
+        shown = logit if fills else None
+    start = estimate_first_mask(
+        frame.image.lab, box, bank, use_tilt=config.use_tilt, evidence=evidence
+    )
+    if shown is not None and frame.heat_trust > 0.5:
+        start = _as_shown(start, shown, window)
     view.background.forget(start.mask)
     if known is not None:
         view.background.merge(known)
-    return start, cue
+    return start
+
+
+def _fills(values: NDArray[np.uint8], box: Box) -> bool:
+    """Return whether one region of a map, (h, w) uint8, fills a tight box as a person does."""
+    region, area = max(regions(values), key=itemgetter(1), default=(None, 0))
+    if region is None or region.iou(box) < _FILLS:
+        return False
+    return area > _SOLID * region.width * region.height
 
 
 def _as_shown(start: FirstMask, logit: NDArray[np.float32], window: Window) -> FirstMask:
@@ -99,10 +103,8 @@ def _as_shown(start: FirstMask, logit: NDArray[np.float32], window: Window) -> F
 
     :param logit: (h, w) float32 of the window, what the map says.
     """
-    likely, votes = np.zeros((2, *start.votes.shape), np.float32)
-    likely[window] = 1 / (1 + np.exp(-logit))
-    box = start.box.slices(*likely.shape[::-1])
-    votes[box] = likely[box]
+    votes = np.zeros(start.votes.shape, np.float32)
+    votes[window] = 1 / (1 + np.exp(-logit))
     return replace(start, mask=np.where(votes > 0.5, np.uint8(255), np.uint8(0)), votes=votes)
 
 

@@ -7,9 +7,11 @@ from __future__ import annotations
 from gait_segmentation.results import LOST, TRACKED
 from gait_segmentation.tracking.track import Track
 
-ENDED = 'ended'
-"""The state of a track whose slot is free again."""
-
+ENDED, ANEW = 'ended', 'anew'
+"""
+States of a track whose slot is free again, and of one that begins anew where a heat map shows a
+body.
+"""
 _LOST_FRAMES = 2
 """Frames in a row in which too little is seen after which a person is lost."""
 
@@ -35,6 +37,8 @@ def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str,
             return ENDED, 'it vanished in the open'
         if not probation.is_passed(stamp_ns):
             return ENDED, 'it has not the shape of a body'
+    if track.state == TRACKED and track.witness is not None and track.witness.overrules:
+        return ANEW, 'the heat map has long shown a body where the mask has none'
     if gap_s > GAP_S:
         return LOST, f'no frame came for {gap_s:.1f} s'
     if lost and track.found:

@@ -16,20 +16,22 @@ from gait_segmentation.colour import NO_CHROMA, NO_GRADIENT
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, check_body, check_start_box
-from gait_segmentation.heat_maps import HeatMap, HeatMaps
+from gait_segmentation.heat_maps import HeatMap, HeatMaps, regions
 from gait_segmentation.images import check_image, shrink
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.scene.scene import Scene, SceneOptions, View, WholeView
 from gait_segmentation.scene.working import working_scale, working_shape
 from gait_segmentation.stamps import check_later, check_stamp
-from gait_segmentation.starting import StartingConfig, WalkerFinder
+from gait_segmentation.starting import FirstMask, StartingConfig, WalkerFinder
+from gait_segmentation.starting.blobs import BodyShapes
 from gait_segmentation.starting.map_finder import MapFinder
 from gait_segmentation.starting.probation import Probation
 from gait_segmentation.tracking import group
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.fusion import FusionTrack
-from gait_segmentation.tracking.initialization import Beginning, estimate_first, slot_for_found
-from gait_segmentation.tracking.life_cycle import ENDED, GAP_S, next_state
+from gait_segmentation.tracking.initialization import estimate_first, slot_for_found
+from gait_segmentation.tracking.life_cycle import ANEW, ENDED, GAP_S, next_state
+from gait_segmentation.tracking.map_witness import MapWitness
 from gait_segmentation.tracking.mean_shift import MeanShiftTrack
 from gait_segmentation.tracking.pose import WIDEST
 from gait_segmentation.tracking.track import Track
@@ -69,6 +71,7 @@ class PeopleTracker:
         """
         self._config = tracking or TrackingConfig()
         self._bank = bank
+        self._shapes = BodyShapes(bank)
         self._ids = count(1)
         self._slots: list[Track | None] = [None] * max_people
         self._starting = starting or StartingConfig()
@@ -81,11 +84,12 @@ class PeopleTracker:
     def _forget(self) -> None:
         self._slots = [None] * len(self._slots)
         self._reasons = [''] * len(self._slots)
+        self._anew: list[int] = []
         self._scene: Scene | None = None
         self._heat_map: HeatMap | None = None
         self._stamp_ns = 0
         self._finder.stop()
-        self._map_finder = MapFinder(self._bank)
+        self._map_finder = MapFinder(self._shapes)
 
     @property
     def config(self) -> TrackingConfig:
@@ -109,7 +113,7 @@ class PeopleTracker:
         # The scene goes on without the view of the search so far.
         self._finder.stop()
         self._finder = WalkerFinder(self._bank, config, len(self._slots))
-        self._map_finder = MapFinder(self._bank)
+        self._map_finder = MapFinder(self._shapes)
 
     def reset(self, *, waiting: bool = True) -> None:
         """
@@ -188,6 +192,7 @@ class PeopleTracker:
             slot = self._slot_for(box, started)
             started.add(slot)
             self._start(slot, box)
+        self._begin_anew()
         for box, by_walk in found:
             self._start_found(box, by_walk=by_walk)
         return self._observe(self._scene)
@@ -341,7 +346,9 @@ class PeopleTracker:
                 track.probation.see(self._finder.evidence(track.body))
             state, self._reasons[slot] = next_state(track, self._stamp_ns, gap_s=gap_s)
             if state != ENDED:
-                track.enter(state, self._reasons[slot])
+                if state == ANEW:
+                    self._anew.append(slot)
+                track.enter(TRACKED if state == ANEW else state, self._reasons[slot])
                 if track.probation is not None and track.probation.is_over(self._stamp_ns):
                     track.probation = None
                 continue
@@ -350,15 +357,29 @@ class PeopleTracker:
                 self._finder.reject(track.body)
         self._drop_unused()
 
+    def _begin_anew(self) -> None:
+        """Begin tracks anew, with their ids, at the region of the map that overruled the masks."""
+        slots, self._anew = self._anew, []
+        for slot, track in ((slot, self._slots[slot]) for slot in slots):
+            if track is None or track.witness is None or track.witness.box is None:
+                continue
+            frame = track.view.now
+            if frame.heat is not None and frame.heat_trust and not frame.heat_frames:
+                boxes = [box for box, _ in regions(frame.heat)]
+                box = max(boxes, key=track.witness.box.iou, default=None)
+                if box is not None and box.iou(track.witness.box) > _SAME_PERSON:
+                    start = self._estimate(track.view, box, by_map=True)
+                    self._slots[slot] = self._new_track(track.view, start, track.track_id)
+
     def _start_found(self, box: Box, *, by_walk: bool) -> None:
         """Start a person found in a slot, if there is one."""
         view = self._view_for(box)
-        beginning = self._estimate(view, box.scaled(view.scale), by_map=not by_walk)
-        place = slot_for_found(self._slots, view, beginning[0])
+        start = self._estimate(view, box.scaled(view.scale), by_map=not by_walk)
+        place = slot_for_found(self._slots, view, start)
         # Who gives boxes gives all: others are only found again.
         if place is not None and not (self._given and place[1] is None):
             slot, track_id = place
-            track = self._slots[slot] = self._new_track(view, beginning, track_id)
+            track = self._slots[slot] = self._new_track(view, start, track_id)
             if track_id is None and by_walk:
                 track.probation = Probation(self._stamp_ns)
         self._drop_unused()
@@ -371,14 +392,13 @@ class PeopleTracker:
         inner = box.padded(-margin * box.width, -margin * box.height).scaled(view.scale)
         self._slots[slot] = self._new_track(view, self._estimate(view, inner))
 
-    def _new_track(self, view: View, beginning: Beginning, track_id: int | None = None) -> Track:
+    def _new_track(self, view: View, start: FirstMask, track_id: int | None = None) -> Track:
         number = next(self._ids) if track_id is None else track_id
-        start, heat_map = beginning
         if self._config.method == 'adaptive_mean_shift':
             return MeanShiftTrack(number, view, start, self._config)
-        return FusionTrack(number, view, start, self._config, heat_map=heat_map)
+        return FusionTrack(number, view, start, self._config, MapWitness(self._shapes))
 
-    def _estimate(self, view: View, box: Box, *, by_map: bool = False) -> Beginning:
+    def _estimate(self, view: View, box: Box, *, by_map: bool = False) -> FirstMask:
         """Estimate a first mask in a box in working pixels."""
         past = self._finder.background
         return estimate_first(view, box, past, self._bank, self._config, by_map=by_map)

@@ -31,16 +31,20 @@ class CueInput:
     The newest frame of a view about the place where a person is expected.
 
     ``states`` are those of the track, the newest last, ``pose`` that of the body, ``window`` the
-    rows and columns that are judged, ``logit`` (h, w) float32 what has been made of them so far,
-    and ``seen`` whether the person was seen until now: of who is lost no motion is known.
+    rows and columns that are judged, ``expected`` (h, w) uint8 the template or else the mask
+    expected there, above 127 on the person, ``logit`` (h, w) float32 what has been made of the
+    pixels so far, ``seen`` whether the person was seen until now: of who is lost no motion is
+    known, and ``usual_area`` that of the person in squared body heights.
     """
 
     view: View
     states: Sequence[State]
     pose: Pose
     window: Window
+    expected: NDArray[np.uint8]
     logit: NDArray[np.float32]
     seen: bool
+    usual_area: float
     config: TrackingConfig
 
     def moved(self, since: State) -> tuple[float, float]:
@@ -56,8 +60,9 @@ class Cue(ABC):
     def evidence(self, given: CueInput) -> NDArray[np.float32] | None:
         """Return log-likelihood ratios, (h, w) float32 of the window, None if nothing is known."""
 
-    @abstractmethod
-    def calibrate(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
+    def calibrate(  # noqa: B027
+        self, values: NDArray[np.uint8], person: NDArray[np.uint8]
+    ) -> None:
         """
         Learn which of the values that were noted are the person's.
 
