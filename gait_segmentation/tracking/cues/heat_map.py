@@ -53,7 +53,7 @@ class HeatMapCue(Cue):
         own = own_regions(values, given.expected)
         person = np.where(given.logit > 0, given.expected, 0)
         shown = count_likely(cv2.min(own, person)) / max(count_likely(person), 1)
-        area, usual = count_likely(own), given.usual_area * height**2
+        area, usual = count_likely(own), max(given.usual_area * height**2, 1.0)
         others = max(area - _ONE * usual, 0.0) / max(own.size - usual, 1.0)
         found = map_evidence(own, frame.heat_trust, shown, others)
         several = np.clip((area / usual - _ONE) / (_TWO - _ONE), 0, 1)
