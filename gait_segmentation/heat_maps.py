@@ -24,6 +24,9 @@ _ABOUT_PX = 4
 _LEAST_OUTLINE, _MOST_POINTS = 30, 2000
 """Pixels of an outline from which it tells anything, and how many are looked at, at most."""
 
+_COMPARED_SIZE = 480
+"""Longest side at which map and frame are compared, in pixels."""
+
 _TRUST_RATE = 0.2
 """Share by which the alignment moves towards that of the newest map."""
 
@@ -48,10 +51,15 @@ _RATE = 0.1
 
 @dataclass(frozen=True)
 class HeatMap:
-    """A heat map of people: (h, w) uint8 of any size, and the stamp of its frame."""
+    """
+    A heat map of people: (h, w) uint8 of any size, and the stamp of its frame.
+
+    ``trust`` is how far it counts, 0 to 1, see :class:`MapTrust`.
+    """
 
     values: NDArray[np.uint8]
     stamp_ns: int
+    trust: float = 0.0
 
 
 def alignment(values: NDArray[np.uint8], lab: NDArray[np.uint8]) -> float | None:
@@ -59,8 +67,7 @@ def alignment(values: NDArray[np.uint8], lab: NDArray[np.uint8]) -> float | None
     Return how well the outline of a map lies on edges of the image, None without an outline.
 
     That is the gradient across the outline over that in any direction near it, in the mean: 2 / pi
-    where they have nothing to do with each other, about 1.5 where the map is right.  No mask is
-    needed for it, so a map is believed, or not, whatever they say.
+    where they have nothing to do with each other, about 1.4 where the map is right.
 
     :param values: (h, w) uint8.
     :param lab: (h, w, 3) uint8, the image in Lab.
@@ -123,15 +130,45 @@ def own_regions(values: NDArray[np.uint8], expected: NDArray[np.uint8]) -> NDArr
 
 
 class MapTrust:
-    """How much the maps of a stream count, 0 to 1, by how they lie on its frames."""
+    """
+    How far the maps of a stream count, by how their outlines lie on edges of their frames.
+
+    No mask is needed for it, so a map is believed, or not, whatever masks say.
+    """
 
     def __init__(self) -> None:
         """Begin without a map."""
         self._alignment: float | None = None
+        self._stamp_ns = 0
+        self._size: tuple[int, int] | None = None
+        self._frames: deque[tuple[int, NDArray[np.uint8]]] = deque(maxlen=_MOST_KEPT)
 
-    def update(self, values: NDArray[np.uint8], lab: NDArray[np.uint8]) -> float:
-        """Take in a map and the frame it is of, see :func:`alignment`; return the trust."""
-        found = alignment(values, lab)
+    def update(self, image: NDArray[np.uint8], stamp_ns: int, heat_map: HeatMap | None) -> float:
+        """
+        Take in a frame and the newest map, which may be of an earlier one.
+
+        :param image: (H, W, 3) uint8 BGR.
+        :returns: the trust, 0 to 1.
+        """
+        if heat_map is not None and self._size is None:
+            height, width = heat_map.values.shape
+            scale = min(1.0, _COMPARED_SIZE / max(height, width))
+            self._size = max(1, round(scale * width)), max(1, round(scale * height))
+        if self._size is not None:
+            # From the first map on, as maps may come later than their frames.
+            small = cv2.resize(image, self._size, interpolation=cv2.INTER_AREA)
+            self._frames.append((stamp_ns, small))
+        if heat_map is not None and heat_map.stamp_ns != self._stamp_ns:
+            self._compare(heat_map)
+        known = _ASTRAY if self._alignment is None else self._alignment
+        return float(np.clip((known - _ASTRAY) / (_ALIGNED - _ASTRAY), 0, 1))
+
+    def _compare(self, heat_map: HeatMap) -> None:
+        self._stamp_ns = heat_map.stamp_ns
+        nearest = min(self._frames, key=lambda frame: abs(frame[0] - heat_map.stamp_ns))
+        lab = np.asarray(cv2.cvtColor(nearest[1], cv2.COLOR_BGR2Lab))
+        values = cv2.resize(heat_map.values, self._size, interpolation=cv2.INTER_AREA)
+        found = alignment(np.asarray(values), lab)
         rim = np.concatenate([values[0], values[-1], values[:, 0], values[:, -1]])
         if np.count_nonzero(rim > 127) > _MOST_RIM * rim.size:
             # It shows what people are not, as one that is inverted.
@@ -139,8 +176,6 @@ class MapTrust:
         if found is not None:
             before = found if self._alignment is None else self._alignment
             self._alignment = before + _TRUST_RATE * (found - before)
-        known = _ASTRAY if self._alignment is None else self._alignment
-        return float(np.clip((known - _ASTRAY) / (_ALIGNED - _ASTRAY), 0, 1))
 
 
 class HeatMaps:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import REACH, Box, body_window
-from gait_segmentation.heat_maps import HeatMap, MapTrust
+from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window
 from gait_segmentation.scene.background import SURE_COUNT, BackgroundModel
 from gait_segmentation.scene.ego_motion import MotionEstimator
@@ -60,8 +60,8 @@ class Frame:
     which the background is known and learnt, disjoint.  ``blank`` tells that nothing of the scene
     can be seen: something covers the lens, the picture is damaged, or it shows another place.
     ``heat`` is (h, w) uint8, P(person) as others see it, if they do, of ``heat_frames`` frames
-    before; ``people`` is (h, w) uint8, non-zero where people were, None until the masks came, and
-    ``learnt`` tells whether they came.
+    before, which counts as far as ``heat_trust`` says; ``people`` is (h, w) uint8, non-zero where
+    people were, None until the masks came, and ``learnt`` tells whether they came.
     """
 
     image: WorkingImage
@@ -98,7 +98,6 @@ class View:
         self.areas: Sequence[Box] = ()
         self.everywhere = False
         self.points = MotionEstimator()
-        self._map_trust = MapTrust()
         self._expected = self.background, [self.all]
 
     @property
@@ -191,8 +190,7 @@ class View:
             # It is of the frame that is nearest to its stamp.
             ages = [abs(stamp_ns - heat.stamp_ns) for stamp_ns in stamps]
             self.now.heat_frames = len(ages) - 1 - ages.index(min(ages))
-            of = self.frames[-1 - self.now.heat_frames].image
-            self.now.heat_trust = self._map_trust.update(self.now.heat, of.lab)
+            self.now.heat_trust = heat.trust
 
     def clear(self) -> None:
         """Forget the place, for the camera shows another one from now on."""

@@ -22,7 +22,7 @@ Values of a map from which regions are made: at an eighth what a network is unsu
 body; at one half people who touch may be apart.
 """
 
-_ALIKE, _ENOUGH = 0.3, 0.2
+_ALIKE, _ENOUGH = 0.1, 0.2
 """
 Tanimoto similarity with the best template from which a region may be a body, and how much more it
 must be in sum over maps in a row: the clear shape of a body is enough at once.
@@ -52,7 +52,7 @@ class MapFinder:
         :param occupied: boxes of people known already, in source pixels.
         :param least_height: of a person who is found, in source pixels.
         """
-        if heat.stamp_ns == self._stamp_ns:
+        if heat.stamp_ns == self._stamp_ns or not heat.trust:
             return []
         self._stamp_ns = heat.stamp_ns
         before, self._regions = self._regions, []

@@ -16,7 +16,7 @@ from gait_segmentation.colour import NO_CHROMA, NO_GRADIENT
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, check_body, check_start_box
-from gait_segmentation.heat_maps import HeatMap, HeatMaps, regions
+from gait_segmentation.heat_maps import HeatMap, HeatMaps, MapTrust, regions
 from gait_segmentation.images import check_image, shrink
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.scene.scene import Scene, SceneOptions, View, WholeView
@@ -87,6 +87,7 @@ class PeopleTracker:
         self._anew: list[int] = []
         self._scene: Scene | None = None
         self._heat_map: HeatMap | None = None
+        self._map_trust = MapTrust()
         self._stamp_ns = 0
         self._finder.stop()
         self._map_finder = MapFinder(self._shapes)
@@ -181,7 +182,9 @@ class PeopleTracker:
             # No view has followed the place meanwhile.
             self._scene = Scene(source)
         self._stamp_ns = stamp_ns
-        self._heat_map = self._heat_maps.newest(stamp_ns, self._config.heat_map_age)
+        newest = self._heat_maps.newest(stamp_ns, self._config.heat_map_age)
+        trust = self._map_trust.update(image, stamp_ns, newest)
+        self._heat_map = newest and replace(newest, trust=trust)
         self._predict(self._scene, image)
         boxes, self._boxes = self._boxes, []
         self._given = self._given or bool(boxes)
