@@ -102,7 +102,8 @@ class FusionTrack(Track):
         inside = np.ascontiguousarray(start.votes[self.window])
         outside = cv2.erode(1 - inside, np.ones((3, 3), np.uint8))
         self._learn_colours(view.now.image.lab_part(self.window), inside, outside, 1.0, 1.0)
-        self.cues = (MotionCue(), HeatMapCue())
+        self.heat_map = HeatMapCue()
+        self.cues = (MotionCue(), self.heat_map)
         self.witness = witness
         self.appearance = Appearance(self._signature(start.mask, view.now, self.window))
 

@@ -27,6 +27,7 @@ from gait_segmentation.starting.blobs import BodyShapes
 from gait_segmentation.starting.map_finder import MapFinder
 from gait_segmentation.starting.probation import Probation
 from gait_segmentation.tracking import group
+from gait_segmentation.tracking.bystanders import Bystanders
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.fusion import FusionTrack
 from gait_segmentation.tracking.initialization import estimate_first, slot_for_found
@@ -48,7 +49,8 @@ class PeopleTracker:
     Tracks people from first boxes, each in a slot of its own, and finds them by their walk.
 
     People are looked for while a slot is free or waits for a lost person, and until a box is
-    given by :meth:`initialize`; then whoever gives boxes is to give all.
+    given by :meth:`initialize`; then whoever gives boxes is to give all.  Who is near somebody in
+    a slot is followed as well where a heat map shows them, but not published.
 
     The likelihood learns from the masks that come back through :meth:`learn`; they may come some
     frames late.
@@ -85,6 +87,7 @@ class PeopleTracker:
         self._slots = [None] * len(self._slots)
         self._reasons = [''] * len(self._slots)
         self._anew: list[int] = []
+        self._bystanders = Bystanders()
         self._scene: Scene | None = None
         self._heat_map: HeatMap | None = None
         self._map_trust = MapTrust()
@@ -100,7 +103,7 @@ class PeopleTracker:
     @config.setter
     def config(self, config: TrackingConfig) -> None:
         self._config = config
-        for track in self.tracks():
+        for track in self._followed():
             track.config = config
 
     @property
@@ -241,13 +244,22 @@ class PeopleTracker:
             if probation is not None:
                 small = shrink(each.mask, each.shape_prior.shape)
                 probation.add_mask(each.stamp_ns, small, each.shape_prior)
-        for view in self._views() if by_track else ():
-            group.correct(view, self.tracks(view), feedback[0].stamp_ns, by_track, self._config)
+        if not by_track:
+            return
+        stamp_ns = feedback[0].stamp_ns
+        by_track |= self._bystanders.feedback(stamp_ns)
+        for view in self._views():
+            group.correct(view, self._followed(view), stamp_ns, by_track, self._config)
 
     def tracks(self, view: View | None = None) -> list[Track]:
         """Return who is tracked in a view, or in all, in the order of their slots."""
         found = (track for track in self._slots if track is not None)
         return [track for track in found if view is None or track.view is view]
+
+    def _followed(self, view: View | None = None) -> list[Track]:
+        """Return everybody who is followed in a view, or in all: bystanders come last."""
+        others = self._bystanders.tracks
+        return [*self.tracks(view), *(t for t in others if view is None or t.view is view)]
 
     def _views(self) -> list[View]:
         """Return the views of the scene that people are tracked in."""
@@ -264,11 +276,12 @@ class PeopleTracker:
         gap_s = scene.gap_s(self._stamp_ns)
         if gap_s > GAP_S:
             self._update_states(gap_s)
+            self._bystanders = Bystanders()
             for track in self.tracks():
                 track.pose = track.pose.standing()
         silhouettes: dict[int, NDArray[np.uint8]] = {}
         for view in self._views():
-            tracks = self.tracks(view)
+            tracks = self._followed(view)
             silhouettes |= group.visible_silhouettes(tracks)
             view.areas = [track.pose.area for track in tracks]
             view.everywhere = any(track.state == LOST for track in tracks)
@@ -282,7 +295,7 @@ class PeopleTracker:
             config.use_contrast,
         )
         scene.advance(image, self._stamp_ns, heat=self._heat_map)
-        for track in self.tracks():
+        for track in self._followed():
             if scene.fades:
                 track.fade(NO_GRADIENT if track.view.now.image.textured else NO_CHROMA)
             track.predict(silhouettes.get(track.track_id))
@@ -397,6 +410,7 @@ class PeopleTracker:
 
     def _new_track(self, view: View, start: FirstMask, track_id: int | None = None) -> Track:
         number = next(self._ids) if track_id is None else track_id
+        self._bystanders.drop(view, start.box)
         if self._config.method == 'adaptive_mean_shift':
             return MeanShiftTrack(number, view, start, self._config)
         return FusionTrack(number, view, start, self._config, MapWitness(self._shapes))
@@ -434,8 +448,9 @@ class PeopleTracker:
         """Compute the likelihoods of a frame, refine the boxes by them, and look for the lost."""
         likelihoods: dict[int, NDArray[np.uint8]] = {}
         for view in self._views():
-            likelihoods |= group.observe(view, self.tracks(view))
+            likelihoods |= group.observe(view, self._followed(view))
         self._update_states()
+        self._bystanders.update(self._views(), self.tracks(), likelihoods, self._config)
         results = []
         for slot, track in enumerate(self._slots):
             if track is None:

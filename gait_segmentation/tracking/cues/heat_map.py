@@ -40,6 +40,9 @@ _CHANGE = 0.03
 class HeatMapCue(Cue):
     """What a heat map says of one person."""
 
+    shown = 0.0
+    """Share of the person that the last map showed."""
+
     def evidence(self, given: CueInput) -> NDArray[np.float32] | None:
         """Return the evidence of the frame's map, see :meth:`Cue.evidence`."""
         frame, height = given.view.now, given.pose.height
@@ -52,7 +55,7 @@ class HeatMapCue(Cue):
             values = np.asarray(cv2.blur(values, (side, side)))
         own = own_regions(values, given.expected)
         person = np.where(given.logit > 0, given.expected, 0)
-        shown = count_likely(cv2.min(own, person)) / max(count_likely(person), 1)
+        self.shown = shown = count_likely(cv2.min(own, person)) / max(count_likely(person), 1)
         area, usual = count_likely(own), max(given.usual_area * height**2, 1.0)
         others = max(area - _ONE * usual, 0.0) / max(own.size - usual, 1.0)
         found = map_evidence(own, frame.heat_trust, shown, others)
