@@ -1,10 +1,23 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.errors import InputError
-from gait_segmentation.heat_maps import HeatMaps, MapCalibration, heat_map_of, says_something
+from gait_segmentation.geometry import Box
+from gait_segmentation.heat_maps import (
+    HeatMap,
+    HeatMaps,
+    MapCalibration,
+    MapTrust,
+    alignment,
+    heat_map_of,
+    own_regions,
+    regions,
+    says_something,
+)
+from test.walkers import clip
 
 
 @pytest.mark.parametrize(
@@ -59,6 +72,71 @@ def test_the_newest_map_up_to_a_frame_counts_if_it_is_not_too_old():
     heat[:] = 9
     found = maps.newest(1, 0)
     assert found.values[0, 0] == 7
+
+
+MASK = clip()[0].masks[0]
+NOISE = np.random.default_rng(0).integers(0, 256, MASK.shape, np.uint8)
+MAPS = {
+    'right': MASK,
+    'half the size': MASK[::2, ::2],
+    'soft': cv2.GaussianBlur(MASK, (9, 9), 0),
+    'mirrored': MASK[:, ::-1],
+    'shifted': np.roll(MASK, 8, axis=1),
+    'of another frame': clip()[15].masks[0],
+    'inverted': 255 - MASK,
+    'full': np.full_like(MASK, 255),
+    'empty': np.zeros_like(MASK),
+    'noise': NOISE,
+}
+
+
+@pytest.mark.parametrize('kind', MAPS)
+def test_a_map_is_trusted_if_its_outline_lies_on_edges_of_the_image(kind):
+    heat = HeatMap(np.ascontiguousarray(MAPS[kind]), clip()[0].stamp_ns)
+    trust = MapTrust().update(clip()[0].image, clip()[0].stamp_ns, heat)
+    assert trust == (kind in ('right', 'half the size', 'soft'))
+
+
+def test_trust_comes_and_goes_over_some_maps_whatever_their_lag():
+    kept, found = MapTrust(), []
+    for number, frame in enumerate(clip()):
+        late = clip()[max(number - 3, 0)]
+        values = late.masks[0] if number < 8 else NOISE
+        found.append(kept.update(frame.image, frame.stamp_ns, HeatMap(values, late.stamp_ns)))
+    assert found[:9] == [1] * 9
+    assert found[-1] < found[-2] < 1
+    # Once for each map.
+    again = kept.update(frame.image, frame.stamp_ns + 1, HeatMap(values, late.stamp_ns))
+    assert again == kept.update(frame.image, frame.stamp_ns + 2, None) == found[-1]
+
+
+def test_the_alignment_is_that_of_slopes_in_any_direction_unless_there_is_an_outline():
+    image = clip()[0].image
+    lab = cv2.cvtColor(image, cv2.COLOR_BGR2Lab)
+    assert alignment(NOISE, lab) == pytest.approx(2 / np.pi, abs=0.05)
+    assert alignment(MASK, lab) > 1.4
+    assert alignment(MAPS['empty'], lab) is None
+
+
+def test_the_regions_of_a_map_are_those_above_one_half_and_others_can_be_left_out():
+    values = np.full((20, 40), 127, np.uint8)
+    values[2:12, 3:7] = 128
+    values[5:9, 20:35] = 255
+    assert sorted(regions(values), key=lambda each: each[1]) == [
+        (Box(3, 2, 4, 10), 40),
+        (Box(20, 5, 15, 4), 60),
+    ]
+    expected = np.zeros_like(values)
+    # A tenth of the larger region, or of the person if they are smaller.
+    expected[5:9, 33:39] = 128
+    alone = own_regions(values, expected)
+    assert (alone[5:9, 20:35] == 255).all()
+    assert not alone[2:12, 3:7].any()
+    assert (alone[values == 127] == 127).all()
+    expected[:] = 0
+    expected[5:7, 34:40] = 255
+    expected[12:18, :] = 255
+    assert own_regions(values, expected).max() == 127
 
 
 HALF = np.repeat(np.array([[1, 0]], np.uint8), 8, axis=1).reshape(1, -1)

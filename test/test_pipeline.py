@@ -125,6 +125,17 @@ def test_a_heat_map_is_evidence_beside_the_trackers_own() -> None:
     assert len(told.update(frame.image, frame.stamp_ns + 1)) == 1
 
 
+def test_a_map_of_something_else_changes_nothing() -> None:
+    plain, told = started(), started()
+    for frame in clip()[:6]:
+        mirrored = frame.masks[0][:, ::-1]
+        [one] = plain.update(frame.image, frame.stamp_ns)
+        [two] = told.update(frame.image, frame.stamp_ns, heat_map=mirrored)
+        np.testing.assert_array_equal(one.mask, two.mask)
+        person, other = one.people[0].track, two.people[0].track
+        np.testing.assert_array_equal(person.likelihood, other.likelihood)
+
+
 @pytest.mark.parametrize('lag', [0, 2])
 def test_callers_may_reuse_what_they_gave_and_write_to_what_they_got(lag: int) -> None:
     box = box_of(clip()[0])

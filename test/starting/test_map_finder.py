@@ -7,9 +7,11 @@ import pytest
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
+from gait_segmentation.starting.blobs import BodyShapes
 from gait_segmentation.starting.map_finder import MapFinder
 
 SOURCE = (240, 320)
+SHAPES = BodyShapes(default_bank())
 
 
 def body(size=(30, 60), phase=0):
@@ -19,17 +21,18 @@ def body(size=(30, 60), phase=0):
     return np.where(cv2.resize(template[y : y + h, x : x + w], size) > 127, 255, 0)
 
 
-def heat(number, *regions):
+def heat(number, *regions, trust=1.0):
     """Return the map of a frame at half the size of the source, with regions (left, top, what)."""
     values = np.zeros((120, 160), np.uint8)
     for left, top, region in regions:
         values[top : top + region.shape[0], left : left + region.shape[1]] = region
-    return HeatMap(values, 1 + number)
+    return HeatMap(values, 1 + number, trust)
 
 
 def test_people_are_found_at_once_by_the_shape_of_a_body():
-    finder = MapFinder(default_bank())
+    finder = MapFinder(SHAPES)
     regions = (20, 30, body()), (90, 20, body((36, 80), 8))
+    assert finder.update(heat(0, *regions, trust=0.0), SOURCE, [], 20) == []
     found = finder.update(heat(0, *regions), SOURCE, [], 20)
     assert [(box.x, box.y, box.width, box.height) for box in found] == [
         pytest.approx((180, 40, 72, 160), abs=4),
@@ -39,32 +42,29 @@ def test_people_are_found_at_once_by_the_shape_of_a_body():
 
 
 def test_whoever_is_tracked_is_not_found_again_and_what_hangs_together_with_them_is_theirs():
-    finder, touching, tracked = (
-        MapFinder(default_bank()),
-        np.zeros((60, 64), np.uint8),
-        [Box(36, 56, 66, 130)],
-    )
+    finder, tracked = MapFinder(SHAPES), [Box(36, 56, 66, 130)]
+    touching = np.zeros((60, 64), np.uint8)
     assert finder.update(heat(0, (20, 30, body())), SOURCE, tracked, 20) == []
     touching[:, :30] = touching[:, 34:] = body()
     touching[50:, 25:40] = 255
     assert finder.update(heat(1, (20, 30, touching)), SOURCE, tracked, 20) == []
-    finder = MapFinder(default_bank())
+    finder = MapFinder(SHAPES)
     touching[:, 30:34] = 0
     assert len(finder.update(heat(2, (20, 30, touching)), SOURCE, tracked, 20)) == 1
 
 
 @pytest.mark.parametrize('size', [(60, 30), (100, 8), (6, 12)])
 def test_what_lies_or_is_tiny_is_nobody(size):
-    finder, region = MapFinder(default_bank()), (20, 30, np.full(size[::-1], 255, np.uint8))
+    finder, region = MapFinder(SHAPES), (20, 30, np.full(size[::-1], 255, np.uint8))
     assert not any(finder.update(heat(n, region), SOURCE, [], 30) for n in range(20))
 
 
 def test_what_is_less_clear_must_be_seen_in_several_maps():
-    finder, square = MapFinder(default_bank()), np.full((60, 34), 255, np.uint8)
+    finder, square = MapFinder(SHAPES), np.full((60, 46), 255, np.uint8)
     found = [len(finder.update(heat(n, (20 + n, 30, square)), SOURCE, [], 20)) for n in range(8)]
     assert found[0] == 0
     assert sum(found) >= 1
-    finder = MapFinder(default_bank())
+    finder = MapFinder(SHAPES)
     jumping = [(20 + 70 * (n % 2), 30, square) for n in range(8)]
     assert not any(finder.update(heat(n, each), SOURCE, [], 20) for n, each in enumerate(jumping))
 
@@ -72,7 +72,7 @@ def test_what_is_less_clear_must_be_seen_in_several_maps():
 @pytest.mark.parametrize('child', [False, True])
 def test_a_part_that_the_network_is_sure_of_is_nobody_beside_the_whole(child):
     """Even if it has more of the shape of a body than the whole, as a print on a dress."""
-    finder, whole = MapFinder(default_bank()), body((40, 90)).astype(np.uint8) // 4
+    finder, whole = MapFinder(SHAPES), body((40, 90)).astype(np.uint8) // 4
     if child:
         whole = cv2.dilate(whole, np.ones((7, 7), np.uint8))
         whole[25:70, 10:30] = np.maximum(whole[25:70, 10:30], body((20, 45)))

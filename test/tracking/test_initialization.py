@@ -217,6 +217,7 @@ def test_people_are_found_in_the_heat_map_of_a_frame_and_not_in_a_late_one() -> 
     told, (image, _) = Told(1, 'motion'), picture([])
     template, heat = small_bank().templates[0, 0], np.zeros(image.shape[:2], np.uint8)
     heat[40 : 40 + template.shape[0], 100 : 100 + template.shape[1]] = template
+    image[heat > 127] = GREEN
     for number in range(1, 4):
         assert ids(told.tracker.update(image, number * STEP_NS)) == [0]
         # It comes when its frame is past.
@@ -234,7 +235,19 @@ def body(size=(30, 60), phase=0):
     return np.where(cv2.resize(template[y : y + h, x : x + w], size) > 127, 255, 0)
 
 
-def test_who_is_found_in_a_map_has_the_mask_that_it_shows() -> None:
+@pytest.mark.parametrize(
+    ('by_map', 'trust', 'legs', 'as_shown'),
+    [
+        (True, 1.0, 180, True),
+        (False, 1.0, 180, True),
+        (False, 1.0, 140, False),
+        (True, 0.0, 180, False),
+    ],
+    ids=['found in it', 'box filled', 'half of the box filled', 'not trusted'],
+)
+def test_the_first_mask_is_as_a_map_shows_it_that_fills_the_box(
+    by_map: bool, trust: float, legs: int, as_shown: bool
+) -> None:
     # A black cabinet goes on from somebody in black who reaches across it.
     image = np.random.default_rng(0).integers(120, 250, (*SOURCE, 3), np.uint8)
     shown = np.zeros(SOURCE, np.uint8)
@@ -242,12 +255,12 @@ def test_who_is_found_in_a_map_has_the_mask_that_it_shows() -> None:
     shown[80:90, 130:190] = 255
     image[shown > 0] = 10
     image[95:200, 140:200] = 10
-    scene, view = Scene(SOURCE), View(SOURCE, 1.0)
-    scene.advance(image, 1, heat=HeatMap(shown, 1))
-    scene.add(view)
     box = Box(*cv2.boundingRect(shown))
-    start, cue = estimate_first(view, box, None, default_bank(), TrackingConfig(), by_map=True)
+    shown[legs:] = 0
+    scene, view = Scene(SOURCE), View(SOURCE, 1.0)
+    scene.advance(image, 1, heat=HeatMap(shown, 1, trust))
+    scene.add(view)
+    start = estimate_first(view, box, None, default_bank(), TrackingConfig(), by_map=by_map)
     truth = cv2.resize(shown, start.mask.shape[::-1], interpolation=cv2.INTER_AREA) > 127
     mask = start.mask > 0
-    assert (mask & truth).sum() > 0.9 * (mask | truth).sum()
-    assert cue.weight == 1
+    assert ((mask & truth).sum() > 0.9 * (mask | truth).sum()) == as_shown

@@ -1,14 +1,17 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-import cv2
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from gait_segmentation.geometry import Box
+from gait_segmentation.tracking import TrackingConfig
+from gait_segmentation.tracking.cues import CueInput
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
+from gait_segmentation.tracking.track import State
 
-SHAPE = (120, 160)
-WINDOW = (slice(10, 110), slice(30, 130))
+SHAPE = (120, 200)
+WINDOW = (slice(10, 110), slice(30, 190))
 HEIGHT = 72.0
 
 
@@ -21,110 +24,90 @@ def body(dx: int = 0, dy: int = 0) -> np.ndarray:
     return mask
 
 
-BOX = Box(66, 24, 30, 72)
+PERSON, OTHER = body() > 0, body(80) > 0
 
 
-def seated(heat: np.ndarray) -> HeatMapCue:
-    """Return what is known of a map that was laid on the person."""
-    cue = HeatMapCue()
-    cue.place(heat, WINDOW, body()[WINDOW].astype(np.float32) / 255, HEIGHT)
-    return cue
-
-
-NOISE = np.random.default_rng(0).integers(0, 256, SHAPE, np.uint8)
-
-
-@pytest.mark.parametrize('taught', ['box', 'mask'])
-@pytest.mark.parametrize(
-    ('heat', 'tells'),
-    [
-        (body(), True),
-        (255 - body(), True),
-        ((0.4 * body() + 60).astype(np.uint8), True),
-        (np.full(SHAPE, 200, np.uint8), False),
-        (np.zeros(SHAPE, np.uint8), False),
-        (NOISE, False),
-    ],
-    ids=['good', 'inverted', 'soft', 'constant', 'empty', 'noise'],
-)
-def test_a_map_that_tells_the_person_counts_whatever_its_values_are(heat, tells, taught):
-    cue = seated(heat)
-    if taught == 'box':
-        cue.begin(heat, BOX, WINDOW)
-    else:
-        cue.calibrate(heat[WINDOW], body()[WINDOW])
-    found, person = cue.evidence_of(cue.part(heat, WINDOW)), body()[WINDOW] > 0
-    if tells:
-        assert found[person].mean() > 3
-        assert found[~person].mean() < -2
-    else:
-        assert np.abs(found).max() < 0.5
-
-
-def test_masks_that_the_map_does_not_agree_with_teach_nothing():
-    cue = seated(body())
-    cue.calibrate(body()[WINDOW], body()[WINDOW])
-    known, wrong = cue.evidence_of(body()[WINDOW]), 255 - body()[WINDOW][::-1]
-    for _ in range(10):
-        cue.place(body(), WINDOW, (wrong > 0).astype(np.float32), HEIGHT)
-        cue.calibrate(body()[WINDOW], wrong)
-    assert np.ptp(known) > 6
-    assert 0.7 < cue.weight < 1
-    np.testing.assert_allclose(
-        cue.evidence_of(body()[WINDOW]), np.float32(cue.weight) * known, rtol=1e-5
+def evidence(
+    heat: np.ndarray | None,
+    trust: float = 1.0,
+    age: int = 0,
+    moved: tuple[int, int] = (0, 0),
+) -> np.ndarray | None:
+    """Return what a map, so many frames old, says of somebody who moved since, in the image."""
+    frame = SimpleNamespace(heat=heat, heat_trust=trust, heat_frames=age)
+    states = [State(frame, (0.0, 0.0))] * age + [State(frame, moved)]
+    expected = body(*moved)[WINDOW]
+    logit = np.where(expected > 0, 1, -1).astype(np.float32)
+    area = np.count_nonzero(PERSON) / HEIGHT**2
+    given = CueInput(
+        SimpleNamespace(now=frame),
+        states,
+        SimpleNamespace(height=HEIGHT),
+        WINDOW,
+        expected,
+        logit,
+        True,
+        area,
+        TrackingConfig(),
     )
+    found = HeatMapCue().evidence(given)
+    if found is None:
+        return None
+    whole = np.full(SHAPE, np.nan, np.float32)
+    whole[WINDOW] = found
+    return whole
 
 
-def test_the_first_masks_tell_at_once_what_a_box_told_wrong():
-    cue, beside, told = seated(body()), body()[WINDOW] == 0, []
-    cue.begin(body(), Box(40, 10, 84, 90), WINDOW)
-    for _ in range(4):
-        told.append(float(cue.evidence_of(cue.part(body(), WINDOW))[beside].mean()))
-        cue.calibrate(body()[WINDOW], body()[WINDOW])
-    assert told[0] > -2
-    assert told[-1] < told[0] - 0.5
+def test_a_map_says_yes_and_no_as_far_as_it_is_trusted():
+    found, half = evidence(body()), evidence(body(), 0.5)
+    assert (found[PERSON] > 3).all()
+    assert np.nanmax(found[~PERSON]) < -3
+    np.testing.assert_allclose(half, found / 2, rtol=1e-5)
+    unsure = evidence(np.where(PERSON, np.uint8(180), np.uint8(60)))
+    assert 0 < unsure[PERSON].min() < 2
+    assert -2 < np.nanmin(unsure) < 0
 
 
-@pytest.mark.parametrize('off', [(0, 0), (9, 0), (-36, 0), (4, -12), (-7, 20)])
-def test_a_map_that_is_off_is_put_right(off):
-    cue, heat = HeatMapCue(), body(*off)
-    likely = body()[WINDOW].astype(np.float32) / 255
-    for _ in range(3):
-        cue.place(heat, WINDOW, likely, HEIGHT)
-    part = cue.part(heat, WINDOW) > 127
-    there = body()[WINDOW] > 127
-    assert (part & there).sum() / (part | there).sum() > 0.9
+@pytest.mark.parametrize('given', [(None, 1.0), (body(), 0.0)])
+def test_without_a_map_that_is_trusted_nothing_is_said(given):
+    assert evidence(*given) is None
 
 
-def test_a_map_that_correlates_little_counts_nothing_whatever_was_learnt():
-    cue, heat = seated(body()), np.zeros(SHAPE, np.uint8)
-    heat[:, :90] = 255
-    cue.calibrate(body()[WINDOW], body()[WINDOW])
-    assert cue.weight == 1
-    for _ in range(60):
-        cue.place(heat, WINDOW, body()[WINDOW].astype(np.float32) / 255, HEIGHT)
-    assert cue.weight == 0
-    assert not cue.evidence_of(cue.part(heat, WINDOW)).any()
+def test_the_regions_of_other_people_count_against():
+    found = evidence(body() | body(80))
+    assert (found[PERSON] > 3).all()
+    assert (found[OTHER] < -3).all()
 
 
-def test_a_body_of_a_tenth_of_a_pixel_makes_no_huge_image(monkeypatch):
-    sizes = []
-    match = cv2.matchTemplate
-    monkeypatch.setattr(cv2, 'matchTemplate', lambda *a: sizes.append(a[0].size) or match(*a))
-    HeatMapCue().place(body(), WINDOW, body()[WINDOW].astype(np.float32) / 255, 0.1)
-    assert sizes == [130 * 130]
+@pytest.mark.parametrize(('rows', 'shown'), [(0, 0), (36, 1), (61, 1)])
+def test_a_map_that_misses_half_of_the_person_only_says_yes(rows, shown):
+    heat = body()
+    heat[rows:] = 0
+    found = evidence(heat)
+    assert np.nanmin(found) == 0
+    assert (found[heat > 0] > 3).all()
+    assert (np.nanmax(found) > 0) == shown
 
 
-def test_an_old_map_is_carried_along():
-    cue = HeatMapCue()
-    likely = body(8, 3)[WINDOW].astype(np.float32) / 255
-    cue.place(body(), WINDOW, likely, HEIGHT, (8.0, 3.0))
-    assert (cue.part(body(), WINDOW, (8.0, 3.0)) == body(8, 3)[WINDOW]).all()
+def test_of_people_who_hang_together_only_what_is_where_the_person_is_expected_is_theirs():
+    together = body() | body(80)
+    together[45:50, 80:160] = 255
+    found = evidence(together)
+    assert (found[PERSON] > 0.7).all()
+    assert np.abs(found[OTHER]).max() < 0.2
+    # An arm as long that makes no second person is.
+    arm = body()
+    arm[45:50, 80:130] = 255
+    assert (evidence(arm)[arm > 0] > 3).all()
 
 
-@pytest.mark.parametrize('heat', [np.zeros(SHAPE, np.uint8), np.full(SHAPE, 255, np.uint8)])
-def test_a_map_without_an_edge_has_no_place(heat):
-    cue = HeatMapCue()
-    cue.place(heat, WINDOW, np.zeros(SHAPE, np.float32)[WINDOW], HEIGHT)
-    cue.place(heat, (slice(0, 1), slice(0, 1)), np.zeros((1, 1), np.float32), 500.0)
-    assert np.shares_memory(cue.part(heat, WINDOW), heat)
+def test_an_old_map_is_carried_along_and_softened():
+    moved = (30, 6)
+    found, there = evidence(body(), age=3, moved=moved), body(*moved) > 0
+    assert found[there].mean() > 1
+    assert found[PERSON & ~there].mean() < -1
+    fresh = evidence(body(*moved), moved=moved)
+    # On either side of where the trunk ends.
+    edge = np.s_[52:62, 119:121]
+    assert np.abs(found[edge]).max() < 1
+    assert np.abs(fresh[edge]).min() > 3

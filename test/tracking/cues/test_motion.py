@@ -42,7 +42,9 @@ class Walk:
         self.states.append(State(self.view.now, (float(self.left), 0.0)))
         nothing = np.zeros((HEIGHT, WIDTH), np.float32)
         pose = Pose(self.left + 10.0, TOP + 30.0, 100.0, 10, 10)
-        given = CueInput(self.view, self.states, pose, WINDOW, nothing, True, self.config)
+        given = CueInput(
+            self.view, self.states, pose, WINDOW, self.mask, nothing, True, 0.1, self.config
+        )
         return self.cue.evidence(given)
 
     def learn(self, mask: np.ndarray) -> None:
