@@ -24,8 +24,8 @@ _ABOUT_PX = 4
 _LEAST_OUTLINE, _MOST_POINTS = 30, 2000
 """Pixels of an outline from which it tells anything, and how many are looked at, at most."""
 
-_COMPARED_SIZE = 480
-"""Longest side at which map and frame are compared, in pixels."""
+_COMPARED_SIZE, _COMPARED = 320, 3
+"""Longest side at which map and frame are compared, in pixels, and which of the maps are."""
 
 _TRUST_RATE = 0.2
 """Share by which the alignment moves towards that of the newest map."""
@@ -139,7 +139,7 @@ class MapTrust:
     def __init__(self) -> None:
         """Begin without a map."""
         self._alignment: float | None = None
-        self._stamp_ns = 0
+        self._stamp_ns, self._maps = 0, 0
         self._size: tuple[int, int] | None = None
         self._frames: deque[tuple[int, NDArray[np.uint8]]] = deque(maxlen=_MOST_KEPT)
 
@@ -156,18 +156,20 @@ class MapTrust:
             self._size = max(1, round(scale * width)), max(1, round(scale * height))
         if self._size is not None:
             # From the first map on, as maps may come later than their frames.
-            small = cv2.resize(image, self._size, interpolation=cv2.INTER_AREA)
+            small = cv2.resize(image, self._size, interpolation=cv2.INTER_LINEAR)
             self._frames.append((stamp_ns, small))
         if heat_map is not None and heat_map.stamp_ns != self._stamp_ns:
-            self._compare(heat_map)
+            self._stamp_ns = heat_map.stamp_ns
+            if self._alignment is None or self._maps % _COMPARED == 0:
+                self._compare(heat_map)
+            self._maps += 1
         known = _ASTRAY if self._alignment is None else self._alignment
         return float(np.clip((known - _ASTRAY) / (_ALIGNED - _ASTRAY), 0, 1))
 
     def _compare(self, heat_map: HeatMap) -> None:
-        self._stamp_ns = heat_map.stamp_ns
         nearest = min(self._frames, key=lambda frame: abs(frame[0] - heat_map.stamp_ns))
         lab = np.asarray(cv2.cvtColor(nearest[1], cv2.COLOR_BGR2Lab))
-        values = cv2.resize(heat_map.values, self._size, interpolation=cv2.INTER_AREA)
+        values = cv2.resize(heat_map.values, self._size, interpolation=cv2.INTER_LINEAR)
         found = alignment(np.asarray(values), lab)
         rim = np.concatenate([values[0], values[-1], values[:, 0], values[:, -1]])
         if np.count_nonzero(rim > 127) > _MOST_RIM * rim.size:

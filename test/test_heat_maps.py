@@ -99,15 +99,17 @@ def test_a_map_is_trusted_if_its_outline_lies_on_edges_of_the_image(kind):
 
 def test_trust_comes_and_goes_over_some_maps_whatever_their_lag():
     kept, found = MapTrust(), []
-    for number, frame in enumerate(clip()):
-        late = clip()[max(number - 3, 0)]
-        values = late.masks[0] if number < 8 else NOISE
-        found.append(kept.update(frame.image, frame.stamp_ns, HeatMap(values, late.stamp_ns)))
-    assert found[:9] == [1] * 9
-    assert found[-1] < found[-2] < 1
-    # Once for each map.
-    again = kept.update(frame.image, frame.stamp_ns + 1, HeatMap(values, late.stamp_ns))
-    assert again == kept.update(frame.image, frame.stamp_ns + 2, None) == found[-1]
+    for number in range(60):
+        frame, late = (clip()[min(max(at, 0), 15)] for at in (number, number - 8))
+        values = late.masks[0] if number < 20 else NOISE
+        stamps = 40_000_000 * (number + 9), 40_000_000 * (max(number - 8, 0) + 9)
+        found.append(kept.update(frame.image, stamps[0], HeatMap(values, stamps[1])))
+        if number == 20:
+            # Each map counts once.
+            for _ in range(30):
+                kept.update(frame.image, stamps[0], HeatMap(values, stamps[1]))
+    assert found[:22] == [1] * 22
+    assert found[-1] == 0 < min(each for each in found if each) < 1
 
 
 def test_the_alignment_is_that_of_slopes_in_any_direction_unless_there_is_an_outline():
@@ -137,6 +139,11 @@ def test_the_regions_of_a_map_are_those_above_one_half_and_others_can_be_left_ou
     expected[5:7, 34:40] = 255
     expected[12:18, :] = 255
     assert own_regions(values, expected).max() == 127
+    # Of a crowd that hangs together somebody may be a small part.
+    crowd = np.full((40, 40), 255, np.uint8)
+    small = np.zeros_like(crowd)
+    small[10:20, 10:14] = 255
+    assert own_regions(crowd, small).all()
 
 
 HALF = np.repeat(np.array([[1, 0]], np.uint8), 8, axis=1).reshape(1, -1)

@@ -204,7 +204,7 @@ class FusionTrack(Track):
         mask, template = working_masks(feedback, self.view.shape)
         self.visible = Silhouette(mask, state.displacement)
         if self.witness is not None:
-            self.witness.see(state.frame, mask, self.pose.height)
+            self.witness.see(state.frame, mask, self.window, self.pose.height)
         if not self._is_person(mask, template):
             return None
         # To where the body was in that frame.

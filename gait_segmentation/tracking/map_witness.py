@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import own_regions
+from gait_segmentation.images import Window
 from gait_segmentation.scene.scene import Frame
 from gait_segmentation.starting.blobs import BodyShapes
 
@@ -42,25 +43,28 @@ class MapWitness:
         self._shapes = shapes
         self._gains: deque[float] = deque(maxlen=_FRAMES)
 
-    def see(self, frame: Frame, mask: NDArray[np.uint8], height: float) -> None:
+    def see(self, frame: Frame, mask: NDArray[np.uint8], window: Window, height: float) -> None:
         """
         Take in the mask of a frame, if the frame has a map of its own that can be trusted.
 
         :param mask: (h, w) uint8 0/255.
+        :param window: rows and columns about the person, in which they are compared.
         :param height: of the body in pixels.
         """
         if frame.heat is None or frame.heat_frames or frame.heat_trust < 1:
             return
-        own = own_regions(frame.heat, mask)
+        mask = mask[window]
+        own = own_regions(frame.heat[window], mask)
         region = np.asarray(cv2.threshold(own, 127, 255, cv2.THRESH_BINARY)[1])
-        self.box = Box.around(region)
+        box = Box.around(region)
         both = cv2.countNonZero(cv2.bitwise_and(mask, region))
-        if self.box is None or both >= _SAME * cv2.countNonZero(cv2.bitwise_or(mask, region)):
+        if box is None or both >= _SAME * cv2.countNonZero(cv2.bitwise_or(mask, region)):
             self.box = None
             self._gains.clear()
             return
         gain = self._shapes.likeness_of(region) - self._shapes.likeness_of(mask)
-        fits = abs(math.log(self.box.height / height)) < _OFF
+        self.box = box.shifted(window[1].start, window[0].start)
+        fits = abs(math.log(box.height / height)) < _OFF
         self._gains.append(gain if fits else -1.0)
 
     @property

@@ -12,6 +12,7 @@ from test.walkers import small_bank
 
 SHAPES = BodyShapes(small_bank())
 BODY = Figure(100).mask()
+ALL = slice(0, BODY.shape[0]), slice(0, BODY.shape[1])
 WRONG = np.zeros_like(BODY)
 """A mask that has the legs, and a cupboard beside them."""
 WRONG[80:140, 60:130] = 255
@@ -25,7 +26,7 @@ def witness(
     frame = {'heat': heat, 'heat_frames': 0, 'heat_trust': 1.0} | changes
     height = frame.pop('height', 100.0)
     for _ in range(frames):
-        made.see(SimpleNamespace(**frame), mask, height)
+        made.see(SimpleNamespace(**frame), mask, ALL, height)
     return made
 
 
@@ -33,11 +34,11 @@ def test_a_map_that_shows_a_body_overrules_other_masks_after_eight_frames_in_a_r
     made = witness(7)
     assert not made.overrules
     frame = SimpleNamespace(heat=BODY, heat_frames=0, heat_trust=1.0)
-    made.see(frame, BODY, 100.0)
+    made.see(frame, BODY, ALL, 100.0)
     assert made.box is None
     for number in range(8):
         assert not made.overrules, number
-        made.see(frame, WRONG, 100.0)
+        made.see(frame, WRONG, ALL, 100.0)
     assert made.overrules
     assert made.box.iou(Figure(100).box) == 1
 
