@@ -130,7 +130,7 @@ def test_the_regions_of_a_map_are_those_above_one_half_and_others_can_be_left_ou
     ]
     expected = np.zeros_like(values)
     # A tenth of the larger region, or of the person if they are smaller.
-    expected[5:9, 33:39] = 128
+    expected[5:9, 34:40] = 128
     alone = own_regions(values, expected)
     assert (alone[5:9, 20:35] == 255).all()
     assert not alone[2:12, 3:7].any()

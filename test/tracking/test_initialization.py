@@ -252,7 +252,7 @@ def test_the_first_mask_is_as_a_map_shows_it_that_fills_the_box(
     image = np.random.default_rng(0).integers(120, 250, (*SOURCE, 3), np.uint8)
     shown = np.zeros(SOURCE, np.uint8)
     shown[60:180, 100:160] = body((60, 120))
-    shown[80:90, 130:190] = 255
+    shown[80:90, 130:165] = 255
     image[shown > 0] = 10
     image[95:200, 140:200] = 10
     box = Box(*cv2.boundingRect(shown))
@@ -263,4 +263,4 @@ def test_the_first_mask_is_as_a_map_shows_it_that_fills_the_box(
     start = estimate_first(view, box, None, default_bank(), TrackingConfig(), by_map=by_map)
     truth = cv2.resize(shown, start.mask.shape[::-1], interpolation=cv2.INTER_AREA) > 127
     mask = start.mask > 0
-    assert ((mask & truth).sum() > 0.9 * (mask | truth).sum()) == as_shown
+    assert ((mask & truth).sum() > 0.98 * (mask | truth).sum()) == as_shown

@@ -93,7 +93,9 @@ def test_of_people_who_hang_together_only_what_is_where_the_person_is_expected_i
     together = body() | body(80)
     together[45:50, 80:160] = 255
     found = evidence(together)
-    assert (found[PERSON] > 0.7).all()
+    assert (found[PERSON] > 1).all()
+    # The more others there are in the window, the less it tells.
+    assert (found[PERSON] < 2.5).all()
     assert np.abs(found[OTHER]).max() < 0.2
     # An arm as long that makes no second person is.
     arm = body()
