@@ -51,7 +51,7 @@ def test_a_map_that_shows_a_body_overrules_other_masks_after_eight_frames_in_a_r
         {'heat_trust': 0.9},
         {'height': 140.0},
         {'height': 70.0},
-        {'heat': WRONG, 'mask': BODY},
+        {'heat': WRONG, 'mask': BODY, 'height': 60.0},
         {'heat': Figure(200).mask()},
     ],
     ids=['none', 'old', 'doubtful', 'too small', 'too tall', 'no body', 'another person'],
