@@ -385,7 +385,9 @@ class PeopleTracker:
                 box = max(boxes, key=track.witness.box.iou, default=None)
                 if box is not None and box.iou(track.witness.box) > _SAME_PERSON:
                     start = self._estimate(track.view, box, by_map=True)
-                    self._slots[slot] = self._new_track(track.view, start, track.track_id)
+                    anew = self._new_track(track.view, start, track.track_id)
+                    anew.probation = track.probation
+                    self._slots[slot] = anew
 
     def _start_found(self, box: Box, *, by_walk: bool) -> None:
         """Start a person found in a slot, if there is one."""
