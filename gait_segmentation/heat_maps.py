@@ -151,7 +151,7 @@ class MapTrust:
         :returns: the trust, 0 to 1.
         """
         if heat_map is not None and self._size is None:
-            height, width = heat_map.values.shape
+            height, width = image.shape[:2]
             scale = min(1.0, _COMPARED_SIZE / max(height, width))
             self._size = max(1, round(scale * width)), max(1, round(scale * height))
         if self._size is not None:
