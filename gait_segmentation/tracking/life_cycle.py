@@ -12,6 +12,7 @@ ENDED, ANEW = 'ended', 'anew'
 States of a track whose slot is free again, and of one that begins anew where a heat map shows a
 body.
 """
+
 _LOST_FRAMES = 2
 """Frames in a row in which too little is seen after which a person is lost."""
 
@@ -24,9 +25,10 @@ def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str,
     Return the state of a track from now on, and why; nothing else decides over it.
 
     A candidate is ended when it vanishes in the open, or when after a second its masks have not
-    the shape of a body, and confirmed after three.  A tracked person is lost in a gap, outside of
-    the image, and when too little is seen in two frames in a row.  A lost person is tracked again
-    when they are found, and ended when they are not for so long as ``patience`` says.
+    the shape of a body, and confirmed after three.  A tracked person begins anew when a heat map
+    overrules the masks, and is lost in a gap, outside of the image, and when too little is seen in
+    two frames in a row.  A lost person is tracked again when they are found, and ended when they
+    are not for so long as ``patience`` says.
 
     :param stamp_ns: of the newest frame.
     :param gap_s: seconds without a frame before that.
