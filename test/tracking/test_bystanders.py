@@ -78,3 +78,12 @@ def test_a_bystander_who_gets_a_slot_is_no_bystander_any_more() -> None:
         results = told.see(image, [own, theirs])
         assert len(told.tracker._bystanders.tracks) == (number < 2)
     assert [result.track_id for result in results] == [1, 2]
+
+
+def test_a_map_of_something_else_shows_nobody_beside() -> None:
+    told = started()
+    for _ in range(3):
+        image, (theirs, own) = picture([Figure(210, BLUE), STAYS])
+        told.tracker.add_heat_map(np.roll(theirs | own, (9, 14), (0, 1)), told.stamp_ns)
+        told.see(image, [own])
+    assert told.tracker._bystanders.tracks == []
