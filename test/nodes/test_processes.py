@@ -65,7 +65,9 @@ def finish(process: subprocess.Popen[str], code: int = 0) -> str:
 def test_a_node_ends_cleanly(
     bench: Bench, start: Start, bank_file: Path, tmp_path: Path, number, example: bool
 ) -> None:
-    (code,) = re.findall(r'```python\n(.*?)```', (ROOT / 'docs/ros.md').read_text(), re.DOTALL)
+    (code,) = re.findall(
+        r'```python\n(.*?)```', (ROOT / 'docs/ros_howto.md').read_text(), re.DOTALL
+    )
     script = tmp_path / 'own.py'
     script.write_text(code)
     topics = ('left/image', 'right/image') if example else ('image',)
