@@ -107,10 +107,20 @@ def _slopes(
     return np.subtract(right, left, dtype=np.float32), np.subtract(below, above, dtype=np.float32)
 
 
+def label_regions(values: NDArray[np.uint8]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    """
+    Label the regions that a map shows; the first is what is none.
+
+    :param values: (h, w) uint8, P(person).
+    :returns: (h, w) int32 labels, and for each left, top, width, height and area, (n, 5) int32.
+    """
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(cv2.inRange(values, 128, 255))
+    return np.asarray(labels, np.int32), np.asarray(stats, np.int32)
+
+
 def regions(values: NDArray[np.uint8]) -> list[tuple[Box, int]]:
     """Return the box and the area of each region that a map, (h, w) uint8, shows."""
-    _, _, stats, _ = cv2.connectedComponentsWithStats(cv2.inRange(values, 128, 255))
-    return [(Box(*row[:4]), row[4]) for row in stats[1:].tolist()]
+    return [(Box(*row[:4]), row[4]) for row in label_regions(values)[1][1:].tolist()]
 
 
 def own_regions(values: NDArray[np.uint8], expected: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -120,7 +130,7 @@ def own_regions(values: NDArray[np.uint8], expected: NDArray[np.uint8]) -> NDArr
     :param values: (h, w) uint8, P(person).
     :param expected: (h, w) uint8, above 127 where the person is expected.
     """
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(cv2.inRange(values, 128, 255))
+    labels, stats = label_regions(values)
     person = expected > 127
     areas = stats[:, cv2.CC_STAT_AREA]
     common = np.bincount(labels[person], minlength=len(areas))

@@ -123,9 +123,14 @@ class BodyShapes:
 
     def likeness_of(self, mask: NDArray[np.uint8]) -> float:
         """Return the likeness of what is not zero of a mask, (h, w) uint8 0/255."""
-        x, y, width, height = bounding_box(mask)
-        shape = normalised(mask[y : y + height, x : x + width]) if height else None
+        shape = normalised_mask(mask)
         return 0.0 if shape is None else self.likeness(shape)
+
+
+def normalised_mask(mask: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
+    """Return what is not zero of a mask, (h, w) uint8 0/255, normalised, None of nothing."""
+    x, y, width, height = bounding_box(mask)
+    return normalised(mask[y : y + height, x : x + width]) if height else None
 
 
 def normalised(region: NDArray[np.uint8], aspect: float | None = None) -> NDArray[np.uint8] | None:

@@ -7,8 +7,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import bounding_box, tanimoto
-from gait_segmentation.starting.blobs import normalised
+from gait_segmentation.images import tanimoto
+from gait_segmentation.starting.blobs import normalised_mask
 
 _RIPE_NS, _PROBATION_NS = 1_000_000_000, 3_000_000_000
 """Time after which the masks tell whether it is a person, and in which people do not vanish."""
@@ -55,8 +55,7 @@ class Probation:
     ) -> None:
         """Take in a mask, 0/255, and its template, (h, w) uint8, and the stamp of their frame."""
         self._fits.append(float(tanimoto(mask, template)))
-        x, y, width, height = bounding_box(mask)
-        shape = normalised(mask[y : y + height, x : x + width]) if height else None
+        shape = normalised_mask(mask)
         if shape is None:
             return
         least, most = _STEP_NS

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.heat_maps import label_regions
 from gait_segmentation.images import distance_from, overlap, placed, within
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.scene.scene import View
@@ -27,7 +28,7 @@ from gait_segmentation.tracking.association import PixelClaim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.fusion import FusionTrack
 from gait_segmentation.tracking.life_cycle import next_state
-from gait_segmentation.tracking.track import Track
+from gait_segmentation.tracking.track import SAME_PERSON, Track
 from gait_segmentation.tracking.visibility import GUARD
 
 MOST = 4
@@ -116,7 +117,9 @@ class Bystanders:
     def drop(self, view: View, box: Box) -> None:
         """Let go of who is in a box of a view, in working pixels: they have a slot now."""
         self.tracks = [
-            each for each in self.tracks if each.view is not view or not _same(each.pose.box, box)
+            each
+            for each in self.tracks
+            if each.view is not view or each.pose.box.iou(box) < SAME_PERSON
         ]
 
     def feedback(self, stamp_ns: int) -> dict[int, Feedback]:
@@ -164,7 +167,7 @@ def newcomers(view: View, known: Sequence[Track]) -> list[FirstMask]:
     taken = np.zeros(view.shape, np.uint8)
     for track in known:
         taken[track.window] |= track.expected_mask()
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(cv2.inRange(frame.heat, 128, 255))
+    labels, stats = label_regions(frame.heat)
     common = np.bincount(labels[taken > 0], minlength=len(stats))
     found = []
     for number, (x, y, width, height, area) in enumerate(stats[1:].tolist(), 1):
@@ -195,7 +198,3 @@ def _is_within(box: Box, track: Track, heights: float) -> bool:
     """Return whether a box comes as near to a person as so many of their heights."""
     margin = heights * track.pose.height
     return track.pose.area.padded(margin, margin).iou(box) > 0
-
-
-def _same(one: Box, two: Box) -> bool:
-    return one.iou(two) >= 0.4

@@ -139,8 +139,9 @@ class FusionTrack(Track):
             strangers,
         )
         body, area = expected if template is None else template, self._usual_area
+        # Each cue sees what those before it have added to the ratio.
+        given = CueInput(view, self.states, pose, window, body, logit, seen, area, config)
         for cue in self.cues:
-            given = CueInput(view, self.states, pose, window, body, logit, seen, area, config)
             evidence = cue.evidence(given)
             if evidence is not None:
                 logit += evidence

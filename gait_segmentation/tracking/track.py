@@ -30,6 +30,9 @@ Time for which a hidden person is taken to walk on, in which they are then to st
 they are lost longer with a frame at most, however long that took to come.
 """
 
+SAME_PERSON = 0.4
+"""Overlap (intersection over union) from which a box is that of a person already tracked."""
+
 WHOLE = 0.75
 """Share of a person from which all of them is seen, and so followed."""
 

@@ -35,13 +35,10 @@ from gait_segmentation.tracking.life_cycle import ANEW, ENDED, GAP_S, next_state
 from gait_segmentation.tracking.map_witness import MapWitness
 from gait_segmentation.tracking.mean_shift import MeanShiftTrack
 from gait_segmentation.tracking.pose import WIDEST
-from gait_segmentation.tracking.track import Track
+from gait_segmentation.tracking.track import SAME_PERSON, Track
 
 _MOST_APART = 1.5
 """Ratio of the scales of people who share a view."""
-
-_SAME_PERSON = 0.4
-"""Overlap (intersection over union) from which a box is that of a person already tracked."""
 
 
 class PeopleTracker:
@@ -308,7 +305,7 @@ class PeopleTracker:
             if track is not None and slot not in started
         }
         best = max(overlap, key=lambda slot: overlap[slot], default=0)
-        if overlap and overlap[best] >= _SAME_PERSON:
+        if overlap and overlap[best] >= SAME_PERSON:
             return best
         if None in self._slots:
             return self._slots.index(None)
@@ -383,7 +380,7 @@ class PeopleTracker:
             if frame.heat is not None and frame.heat_trust and not frame.heat_frames:
                 boxes = [box for box, _ in regions(frame.heat)]
                 box = max(boxes, key=track.witness.box.iou, default=None)
-                if box is not None and box.iou(track.witness.box) > _SAME_PERSON:
+                if box is not None and box.iou(track.witness.box) > SAME_PERSON:
                     start = self._estimate(track.view, box, by_map=True)
                     anew = self._new_track(track.view, start, track.track_id)
                     anew.probation = track.probation
