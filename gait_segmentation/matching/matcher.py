@@ -128,7 +128,7 @@ class SequenceMatcher:
     """
     Matches the likelihoods of one person to the sequences of a bank.
 
-    Wang, Yagi and Makihara, ACCV 2009, sections 2 and 3.
+    Wang, Yagi and Makihara, ACCV 2009, section 3.
     """
 
     def __init__(self, bank: TemplateBank, config: MatchingConfig | None = None) -> None:

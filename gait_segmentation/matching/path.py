@@ -127,7 +127,7 @@ class PathSearch:
 
     Scores fade with the time constant ``memory`` and are kept relative to the best one, so that
     they stay bounded however long the search runs.  After Wang, Yagi and Makihara, ACCV 2009,
-    section 2 (the sequence of templates that fits best under dynamic time warping); fading,
+    section 3 (the sequence of templates that fits best under dynamic time warping); fading,
     views and placement moves are this package's.
     """
 
