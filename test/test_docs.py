@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import argparse
+import importlib
 import re
 import shlex
 import shutil
@@ -19,7 +21,7 @@ import yaml
 
 from benchmarks import pipeline
 from gait_segmentation.cli import replay
-from gait_tools.cli import bank, demo, evaluate, figures
+from gait_tools.cli import bank, demo, evaluate, figures, source
 from test.walkers import clip
 
 ROOT = Path(__file__).parents[1]
@@ -34,6 +36,7 @@ PARSERS = {
     'gait_evaluate': evaluate.parser,
     'gait_figures': figures.parser,
     'gait_replay': replay.parser,
+    'gait_source': source.parser,
 }
 RUN = {'gait_evaluate': evaluate.main, 'gait_figures': figures.main}
 FRAMES = 6
@@ -62,6 +65,48 @@ def test_links_lead_somewhere(document: Path) -> None:
         target = (document.parent / name).resolve() if name else document
         assert target.exists(), link
         assert not anchor or anchor in anchors(target), link
+
+
+def names(document: Path) -> set[str]:
+    """Return the Python files, and the files of ``config/``, that a document names."""
+    text = re.sub(r'\w+://\S+', '', document.read_text())
+    return set(re.findall(r'(?<![\w/.*])((?:\w+/)*[\w.]*\w\.py|config/[\w.]*\w)\b', text))
+
+
+@pytest.mark.parametrize('document', DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_files_that_are_named_exist(document: Path) -> None:
+    folders = ('gait_segmentation', 'benchmarks', 'config', 'launch', 'test', 'tools')
+    files = [path for name in folders for path in (ROOT / name).rglob('*.*')]
+    there = ['/' + str(path.relative_to(ROOT)) for path in (*files, ROOT / 'setup.py')]
+    assert [
+        name for name in names(document) if not any(path.endswith('/' + name) for path in there)
+    ] == []
+
+
+def options_of(parser: argparse.ArgumentParser) -> set[str]:
+    """Return the options of a command and of its subcommands."""
+    found: set[str] = set()
+    for action in parser._actions:
+        found.update(action.option_strings)
+        if isinstance(action, argparse._SubParsersAction):
+            found.update(*map(options_of, action.choices.values()))
+    return found
+
+
+@pytest.mark.parametrize('document', DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_options_that_are_shown_exist(
+    document: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = document.read_text().replace('\\\n', ' ')
+    for name, shown in re.findall(r'(gait_\w+|benchmarks/\w+\.py)( [^`#\n]*)', text):
+        given = set(re.findall(r'(?<=[ \[])--[a-z][\w-]*', shown))
+        if name in PARSERS:
+            assert given <= options_of(PARSERS[name]()), name
+        elif given and name.startswith('benchmarks/'):
+            monkeypatch.setattr(sys, 'argv', [name, '--help'])
+            with pytest.raises(SystemExit):
+                importlib.import_module(name[:-3].replace('/', '.')).main()
+            assert given <= set(re.findall(r'--[\w-]+', capsys.readouterr().out)), name
 
 
 def commands() -> list[str]:
