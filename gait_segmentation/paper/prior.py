@@ -73,7 +73,52 @@ class Gradient(NamedTuple):
     edges: NDArray[np.bool_]
 
 
+class ShapeTerms(NamedTuple):
+    """
+    What the prior makes of a template, step by step.
+
+    All but ``far`` and ``psi`` are of the ``part`` of the window, rows and columns, in which
+    something is to be worked out.  ``points`` are the template's outline, ``gradient`` that of the
+    image, ``confirmed`` (n,) bool says which points have an edge of the image, ``distance`` is the
+    oriented distance, (h', w') float32 in pixels, before the local search.  ``far`` is (h, w)
+    bool, what is background by the threshold; ``psi`` (h, w) float32, what a cut costs, 0..1.
+    """
+
+    part: tuple[slice, slice]
+    points: EdgePoints
+    gradient: Gradient
+    confirmed: NDArray[np.bool_]
+    distance: NDArray[np.float32]
+    far: NDArray[np.bool_]
+    psi: NDArray[np.float32]
+
+
 def paper_terms(
+    prior: NDArray[np.uint8],
+    grey: NDArray[np.uint8],
+    body: BodyFrame,
+    vocabulary: Vocabulary,
+    *,
+    strongest: float,
+    **parameters: float,
+) -> tuple[NDArray[np.float32], NDArray[np.float32]] | None:
+    """
+    Return the terms of a warped template; see :func:`shape_terms` for what is not told here.
+
+    :param strongest: weights of both n-links together, which no evidence may outweigh.
+    :returns: log-odds, (h, w) float32, that are 0 or make a pixel background whatever else speaks
+        for it, and what a cut costs at each pixel, (h, w) float32 in 0..1; None if the template
+        has no outline.
+    """
+    found = shape_terms(prior, grey, body, vocabulary, **parameters)
+    if found is None:
+        return None
+    # No evidence and no cut link can outweigh it.
+    never = -(_LARGEST_EVIDENCE + _LINKS * strongest)
+    return np.where(found.far, np.float32(never), np.float32(0)), found.psi
+
+
+def shape_terms(
     prior: NDArray[np.uint8],
     grey: NDArray[np.uint8],
     body: BodyFrame,
@@ -84,19 +129,15 @@ def paper_terms(
     orientation: float,
     search: float,
     unconfirmed: float,
-    strongest: float,
-) -> tuple[NDArray[np.float32], NDArray[np.float32]] | None:
+) -> ShapeTerms | None:
     """
-    Return the terms of a warped template.
+    Work out the prior of a warped template.
 
     :param prior: (h, w) uint8, the template in the window, 255 inside.
     :param grey: (h, w) uint8, the image in the window.
     :param body: the body in the window's pixels.
     :param reach: and the next four: parameters ``paper_...`` of the segmentation.
-    :param strongest: weights of both n-links together, which no evidence may outweigh.
-    :returns: log-odds, (h, w) float32, that are 0 or make a pixel background whatever else speaks
-        for it, and what a cut costs at each pixel, (h, w) float32 in 0..1; None if the template
-        has no outline.
+    :returns: the steps, None if the template has no outline.
     """
     height = body.height
     inside = prior > 127
@@ -112,7 +153,7 @@ def paper_terms(
     if points.rows.size == 0:
         return None
     gradient = image_gradient(grey[part])
-    near = oriented_distance(
+    distance = oriented_distance(
         vocabulary,
         points,
         gradient,
@@ -120,13 +161,13 @@ def paper_terms(
         orientation * _WRONG_WORD * height,
         search + max(reach, depth),
     )
-    elsewhere = np.ones(near.shape, np.uint8)
+    elsewhere = np.ones(distance.shape, np.uint8)
     elsewhere[points.rows, points.columns] = 0
     far = ~inside
     far[part] &= cv2.distanceTransform(elsewhere, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) > reach
     side = 2 * round(search) + 1
     disk = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
-    near = np.asarray(cv2.erode(near, disk), np.float32)
+    near = np.asarray(cv2.erode(distance, disk), np.float32)
     # The middle of a limb is as much inside as that of the trunk.
     near *= np.where(inside[part], np.float32(1 / depth), np.float32(1 / reach))
     np.clip(near, 0, 1, out=near)
@@ -134,9 +175,7 @@ def paper_terms(
     near[~_of_nearest(elsewhere, points, supported)] *= np.float32(unconfirmed)
     psi = np.ones(prior.shape, np.float32)
     psi[part] = near
-    # No evidence and no cut link can outweigh it.
-    never = -(_LARGEST_EVIDENCE + _LINKS * strongest)
-    return np.where(far, np.float32(never), np.float32(0)), psi
+    return ShapeTerms(part, points, gradient, supported, distance, far, psi)
 
 
 def oriented_distance(
@@ -163,11 +202,7 @@ def oriented_distance(
     :param cap: largest distance, in pixels.
     :returns: (h, w) float32 in pixels.
     """
-    own = vocabulary.features(points.columns + 0.5, points.rows + 0.5, points.orientation, body)
-    squares = np.full((vocabulary.words, *gradient.visible.shape), cap * cap, np.float32)
-    steps = np.arange(-math.floor(cap), math.floor(cap) + 1, dtype=np.float32)
-    _stamp(points.rows, points.columns, vocabulary.nearest(own), steps * steps, squares)
-    distances = np.sqrt(squares, out=squares)
+    distances = word_distances(vocabulary, points, gradient.visible.shape, body, cap)
     result = distances.min(axis=0)
     rows, columns = np.nonzero(gradient.visible & (result < np.float32(cap)))
     z = vocabulary.features(columns + 0.5, rows + 0.5, gradient.orientation[rows, columns], body)
@@ -175,6 +210,29 @@ def oriented_distance(
     least = (distances[:, rows, columns] + wrong.T).min(axis=0)
     result[rows, columns] = np.minimum(least, np.float32(cap))
     return np.asarray(result)
+
+
+def word_distances(
+    vocabulary: Vocabulary, points: EdgePoints, shape: tuple[int, ...], body: BodyFrame, cap: float
+) -> NDArray[np.float32]:
+    """
+    Return DT_w, the distance transform of the outline points of each word.
+
+    :param shape: h and w of the image.
+    :param cap: largest distance, in pixels; all of it where a word has no points.
+    :returns: (K, h, w) float32 in pixels.
+    """
+    squares = np.full((vocabulary.words, *shape), cap * cap, np.float32)
+    steps = np.arange(-math.floor(cap), math.floor(cap) + 1, dtype=np.float32)
+    words = words_of(vocabulary, points, body)
+    _stamp(points.rows, points.columns, words, steps * steps, squares)
+    return np.sqrt(squares, out=squares)
+
+
+def words_of(vocabulary: Vocabulary, points: EdgePoints, body: BodyFrame) -> NDArray[np.int64]:
+    """Return the most probable word of each outline point, (n,)."""
+    own = vocabulary.features(points.columns + 0.5, points.rows + 0.5, points.orientation, body)
+    return vocabulary.nearest(own)
 
 
 @kernel('i8[:], i8[:], i8[::1], f4[::1], f4[:,:,::1]')

@@ -26,7 +26,7 @@ from gait_segmentation.errors import ConfigError
 from gait_segmentation.files.output_files import write_file
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
-from gait_segmentation.paper.prior import silhouette_edges
+from gait_segmentation.paper.prior import silhouette_edges, words_of
 from gait_segmentation.paper.vocabulary import (
     FORMAT,
     FORMAT_VERSION,
@@ -276,13 +276,14 @@ def draw_vocabulary(
 
     :returns: (rows, columns, 3) uint8 BGR.
     """
-    colours = _colours(vocabulary.words)
+    colours = word_colours(vocabulary.words)
     panels = [_words(vocabulary, colours)]
     panels += [_outline(vocabulary, silhouette, colours) for silhouette in silhouettes]
     return np.hstack(panels)
 
 
-def _colours(count: int) -> NDArray[np.uint8]:
+def word_colours(count: int) -> NDArray[np.uint8]:
+    """Return the colours in which so many words are drawn, (count, 3) BGR."""
     hues = (np.arange(count) * 180 // count).astype(np.uint8)
     values = np.where(np.arange(count) % 2 == 0, 220, 150).astype(np.uint8)
     hsv = np.stack([hues, np.full(count, 230, np.uint8), values], axis=1)
@@ -322,11 +323,13 @@ def _outline(
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
     mask = cv2.warpAffine(silhouette.mask, to_mask, (columns, rows), flags=flags)
     points = silhouette_edges(mask, body.height)
-    z = vocabulary.features(points.columns + 0.5, points.rows + 0.5, points.orientation, body)
     panel = np.full((rows, columns, 3), _GROUND, np.uint8)
     panel[mask > 127] = _BODY
     for row, column, word in zip(
-        points.rows.tolist(), points.columns.tolist(), vocabulary.nearest(z), strict=True
+        points.rows.tolist(),
+        points.columns.tolist(),
+        words_of(vocabulary, points, body),
+        strict=True,
     ):
         cv2.circle(panel, (column, row), 1, colours[word].tolist(), -1)
     return panel
