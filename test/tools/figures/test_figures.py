@@ -15,7 +15,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.results import MatchResult
-from gait_tools.figures.pictures import TILE, chosen, draw_frames, table_of
+from gait_tools.figures.pictures import STRIP, TILE, chosen, draw_frames, table_of, template_box
 from gait_tools.figures.walk import Phases, Shot, Walk, figured, mean_scores, open_walk, record
 from test.walkers import small_bank
 
@@ -97,11 +97,24 @@ def test_the_table_adds_what_comparing_would(levels):
     here = templates[:, table.row, table.column]
     assert (table.values == here[table.order]).all()
     assert (np.diff(table.values.astype(int)) >= 0).all()
-    steps = (np.diff(np.sort(templates, axis=0).astype(int), axis=0) > 0).sum(axis=0)
-    clear = (table.likelihood >= 30) & (table.likelihood <= 225)
-    assert steps[table.row, table.column] == steps[clear].max()
     for value in range(256):
-        assert table.split[value] == (here <= value).sum()
+        assert table.first[value] == (here < value).sum()
+        assert table.second[value] == (here <= value).sum()
+    assert 30 <= table.value <= 225
+    # Both IDs are worth a look.
+    first, second = table.ids
+    assert 0 < first < second < len(here)
+
+
+def test_the_box_of_a_template_is_in_pixels_of_the_image() -> None:
+    shot = short()[4]
+    prior = np.zeros((48, 64), np.uint8)
+    prior[10:20, 30:34] = 128
+    match = replace(shot.match, shape_prior=prior)
+    # The image has 256 x 192.
+    assert template_box(replace(shot, match=match)) == Box(120, 40, 16, 40)
+    black = replace(match, shape_prior=np.zeros_like(prior))
+    assert template_box(replace(shot, match=black)) is None
 
 
 def test_four_pictures_of_each_frame_are_drawn():
@@ -111,11 +124,19 @@ def test_four_pictures_of_each_frame_are_drawn():
     assert [shot.given.number for shot in shots] == [1, 4, 7]
     sheet = draw_frames(shots, 12)
     width, height = TILE
-    assert sheet.shape == (4 * (height + 4) + 4, 3 * (width + 4) + 4, 3)
-    first = sheet[4 : 4 + height, 4 : 4 + width].astype(int)
-    blue, green, red = np.moveaxis(first, 2, 0)
-    assert ((red > 180) & (green < 100) & (blue < 100)).sum() > 100
-    assert ((green > 180) & (red < 110) & (blue < 110)).sum() > 100
+    high = height + STRIP + 4
+    legend = len(sheet) - 4 * high - 4
+    assert legend > 0
+    assert legend % STRIP == 0
+    assert sheet.shape[1:] == (3 * (width + 4) + 4, 3)
+    top = legend + 4 + STRIP
+    blue, green, red = np.moveaxis(sheet[top : top + height, 4 : 4 + width].astype(int), 2, 0)
+    for box in (
+        (red > 180) & (green < 100) & (blue < 100),
+        (green > 180) & (red < 110) & (blue < 110),
+        (red > 180) & (green > 150) & (blue < 110),
+    ):
+        assert box.sum() > 100
     mask = sheet[-height - 4 : -4, 4 : 4 + width]
     assert (mask == 255).all(axis=2).mean() > 0.4
     bare = [replace(each, given=each.given._replace(truth=None)) for each in shots]

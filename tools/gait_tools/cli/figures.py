@@ -26,8 +26,9 @@ DESCRIPTION = """\
 Draw from a clip what the figures of Wang, Yagi and Makihara (ACCV 2009) show.
 
   table.png   Fig. 1: the direct access table of one pixel
-  frames.png  Figs. 2 and 3: tracked box (red) and refined box (green),
-              likelihood, gait model at its place, mask
+  frames.png  Figs. 2 and 3: tracked box (red), refined box (green: about what
+              is likely near the template) and the template's own box (yellow,
+              dashed), likelihood, gait model at its place, mask
   phase.png   Fig. 4: the phase of each frame alone, and of the best path
 
 Prints Table 1 of clips with truth: wrong pixels with and without the shape prior,

@@ -15,9 +15,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from gait_segmentation.drawing import (
+    BACKDROP,
     REFINED_COLOUR,
+    TRACKED_COLOUR,
     Colour,
     Image,
+    draw_box,
     draw_label,
     draw_match,
     draw_outline,
@@ -33,6 +36,9 @@ from gait_tools.sheets import contact_sheet, crop
 CLEAR = 30
 """How far the likelihood of the pixel shown is from black and white, if there is such a pixel."""
 
+CELLS = 13
+"""Values in the written part of the table."""
+
 SHOWN = 5
 """Frames side by side."""
 
@@ -42,7 +48,20 @@ TILE = (190, 240)
 ABOUT = 1.3
 """Height of what is shown, in those of the tallest box."""
 
-WHITE: Colour = (255, 255, 255)
+STRIP = 20
+"""Height of the strip above a picture that its words are in, in pixels."""
+
+TEMPLATE_COLOUR: Colour = (40, 225, 255)
+"""Of the template's own box."""
+
+DASH = 4
+"""Its dashes, in pixels: what lies under it is seen between them."""
+
+LEGEND = (
+    ('tracked box', TRACKED_COLOUR),
+    ('refined box: what is likely near the template', REFINED_COLOUR),
+    ('dashed: box of the template where the path places it', TEMPLATE_COLOUR),
+)
 
 
 @dataclass(frozen=True)
@@ -51,8 +70,9 @@ class PixelTable:
     What matching looks up at one pixel, for the templates of one view.
 
     ``order`` are the phases of the templates sorted by their values there, ``values`` these
-    values, (K,) uint8, and ``split`` (256,) int32, how many are not above a value of the
-    likelihood.  ``likelihood`` is that on the pixel grid of the templates.
+    values, (K,) uint8.  ``first`` and ``second`` are the splitting IDs of each value of the
+    likelihood, (256,) int32: how many templates are below it, and how many not above it.
+    ``likelihood`` is that on the pixel grid of the templates.
     """
 
     likelihood: NDArray[np.uint8]
@@ -60,17 +80,26 @@ class PixelTable:
     column: int
     order: NDArray[np.int64]
     values: NDArray[np.uint8]
-    split: NDArray[np.int32]
+    first: NDArray[np.int32]
+    second: NDArray[np.int32]
 
     @property
     def value(self) -> int:
         """Return the likelihood of the pixel."""
         return int(self.likelihood[self.row, self.column])
 
+    @property
+    def ids(self) -> tuple[int, int]:
+        """Return both splitting IDs of it."""
+        return int(self.first[self.value]), int(self.second[self.value])
+
 
 def table_of(shot: Shot, bank: TemplateBank, config: MatchingConfig) -> PixelTable:
     """
-    Return the table at the pixel at which the most templates of the matched view differ.
+    Return the table at the pixel that shows most.
+
+    If there are any, that is one of clear likelihood that has templates below, at and above it;
+    of those, the one at which the most templates of the matched view differ.
 
     :param shot: a frame with a match.
     """
@@ -84,51 +113,110 @@ def table_of(shot: Shot, bank: TemplateBank, config: MatchingConfig) -> PixelTab
     templates = quantize(bank.templates[match.sequence], config.levels).reshape(bank.phases, -1)
     order = np.argsort(templates, axis=0, kind='stable')
     ranked = np.ascontiguousarray(np.take_along_axis(templates, order, axis=0).T)
-    split = splitting_ids(ranked)[1]
+    below, split = splitting_ids(ranked)
     flat = values.reshape(-1).astype(np.int64)
+    pixels = np.arange(len(flat))
+    first, second = below[pixels, flat], split[pixels, flat]
     different = (np.diff(ranked.astype(np.int16), axis=1) != 0).sum(axis=1)
-    even = np.abs(split[np.arange(len(flat)), flat] / bank.phases - 0.5)
+    even = np.abs(second / bank.phases - 0.5)
     clear = (flat >= CLEAR) & (flat <= 255 - CLEAR)
-    pixel = int(np.lexsort((even, -different, ~clear))[0])
+    telling = (first > 0) & (first < second) & (second < bank.phases)
+    pixel = int(np.lexsort((even, -different, ~telling, ~clear))[0])
     row, column = divmod(pixel, width)
-    return PixelTable(values, row, column, order[:, pixel], ranked[pixel], split[pixel])
+    ids = below[pixel], split[pixel]
+    return PixelTable(values, row, column, order[:, pixel], ranked[pixel], *ids)
 
 
 def draw_access_table(table: PixelTable, number: int, azimuth_degrees: float) -> Figure:
     """
-    Draw Fig. 1: the likelihood with the pixel, the templates split by it, and the whole table.
+    Draw Fig. 1: the pixel, the templates' values unsorted and sorted, and the table.
 
     :param number: of the frame.
     :param azimuth_degrees: of the view whose templates are compared.
     """
-    split, count, v = int(table.split[table.value]), len(table.values), table.value
-    figure = Figure(figsize=(9.2, 5.6), dpi=100, layout='constrained')
+    (first, second), count, v = table.ids, len(table.values), table.value
+    figure = Figure(figsize=(11, 8), dpi=100, layout='constrained')
     axes: dict[str, Any] = figure.subplot_mosaic(
-        [['image', 'bars'], ['image', 'curve']], width_ratios=(1, 2)
+        [['image', 'unsorted'], ['image', 'sorted'], ['rows', 'curve'], ['rows', 'table']],
+        width_ratios=(1, 2.6),
+        height_ratios=(1, 1.25, 0.9, 0.35),
     )
-    image, bars, curve = axes['image'], axes['bars'], axes['curve']
+    image = axes['image']
     image.imshow(table.likelihood, cmap='gray', vmin=0, vmax=255)
-    image.plot(table.column, table.row, 's', ms=7, mfc='none', mec='tab:red')
-    image.set_title(f'likelihood, frame {number}')
-    image.set_xlabel(f'v = {v} at row {table.row}, column {table.column}', color='tab:red')
+    image.plot(table.column, table.row, 's', ms=8, mfc='none', mec='tab:red', mew=2)
+    image.set_title(f'likelihood of the person,\nframe {number}')
+    where = f'row {table.row}, column {table.column}'
+    image.set_xlabel(f'one pixel ({where}):\nv = {v} of 255', color='tab:red', size=11)
+    image.set(xticks=[], yticks=[])
+    words = (
+        'A template adds min(g, v) to its sum.\n\n'
+        f'Blue: g < v, adds g:\nthe first {first} of {count}\n\n'
+        f'Grey: g = v, either is the same:\n{second - first} of {count}\n\n'
+        f'Orange: g > v, adds v:\nthe last {count - second} of {count}\n\n'
+        'The dark part of a bar is added.\nNothing is compared: both IDs\nare looked up by v.'
+    )
+    axes['rows'].axis('off')
+    axes['rows'].text(0, 1, words, va='top', transform=axes['rows'].transAxes)
     ranks = np.arange(count)
-    colours = np.where(ranks < split, 'tab:blue', 'tab:orange')
-    bars.bar(ranks, table.values, color=colours, alpha=0.3)
-    bars.bar(ranks, np.minimum(table.values, v), color=colours)
-    bars.axhline(v, color='black', linewidth=1, label=f'likelihood v = {v}')
-    bars.axvline(split - 0.5, color='tab:red', linewidth=1, label='left add g, right add v')
-    bars.set_xticks(ranks, [str(phase) for phase in table.order], fontsize=6)
-    bars.set_title(f'{count} templates of the view at {azimuth_degrees:.0f} degrees, sorted')
-    bars.set_xlabel('template (number of its phase)')
-    bars.set_ylabel('value g at the pixel')
-    bars.legend()
-    curve.step(range(256), table.split, where='post', color='gray')
-    curve.plot(v, split, 'o', color='tab:red', label=f'split[{v}] = {split}')
-    curve.set_title('the table of this pixel: looked up, nothing is compared')
-    curve.set_xlabel('value v of the likelihood')
-    curve.set_ylabel('splitting ID')
-    curve.legend()
+    kinds = np.where(ranks < first, 'tab:blue', np.where(ranks < second, 'gray', 'tab:orange'))
+    back = np.argsort(table.order)
+    title = f'(a) {count} templates of the view at {azimuth_degrees:.0f} degrees, by phase'
+    _draw_row(axes['unsorted'], title, table.values[back], kinds[back], v)
+    axes['unsorted'].set_xticks(ranks, [str(rank) for rank in ranks], fontsize=7)
+    ordered = axes['sorted']
+    _draw_row(ordered, '(b) the same, sorted by value', table.values, kinds, v)
+    ordered.set_xticks(ranks, [str(phase) for phase in table.order], fontsize=7)
+    ordered.set_xlabel('template (number of its phase)')
+    for place, words, side in (
+        (first, f'first ID = {first} ', 'right'),
+        (second, f' second ID = {second}', 'left'),
+    ):
+        ordered.axvline(place - 0.5, color='tab:red', linewidth=1.5)
+        ordered.text(
+            place - 0.5, 275, words, color='tab:red', ha=side, va='center', backgroundcolor='white'
+        )
+    curve = axes['curve']
+    curve.step(range(256), table.second, where='mid', color='black', label='second ID: g <= v')
+    curve.step(
+        range(256), table.first, '--', where='mid', color='tab:cyan', label='first ID: g < v'
+    )
+    curve.axvline(v, color='tab:red', linewidth=1)
+    curve.plot([v, v], [first, second], 'o', color='tab:red', ms=4)
+    curve.set_title('(c) the table of this pixel: how many templates are below, and not above v')
+    curve.set(
+        xlabel='value v that the likelihood may have', ylabel='splitting IDs', xlim=(-2, 257)
+    )
+    curve.legend(loc='lower right')
+    _draw_cells(axes['table'], table)
     return figure
+
+
+def _draw_row(axes: Any, title: str, values: NDArray[np.uint8], kinds: Any, v: int) -> None:
+    """Draw a row of templates' values, and which part of them is added."""
+    ranks = np.arange(len(values))
+    axes.bar(ranks, values, color=kinds, alpha=0.3)
+    axes.bar(ranks, np.minimum(values, v), color=kinds)
+    axes.axhline(v, color='black', linewidth=1)
+    axes.text(len(values) - 0.3, v, f' v = {v}', va='center')
+    axes.set_title(title)
+    axes.set(xlim=(-0.8, len(values) - 0.2), ylim=(0, 295), yticks=[0, 100, 200])
+    axes.set_ylabel('value g')
+
+
+def _draw_cells(axes: Any, table: PixelTable) -> None:
+    """Write the part of the table about the value of the likelihood."""
+    left = min(max(table.value - CELLS // 2, 0), 256 - CELLS)
+    shown = range(left, left + CELLS)
+    rows = [
+        [str(each) for each in row] for row in (shown, table.first[shown], table.second[shown])
+    ]
+    axes.axis('off')
+    cells = axes.table(
+        rows, rowLabels=['v', 'first ID', 'second ID'], cellLoc='center', bbox=(0.07, 0, 0.93, 1)
+    )
+    for row in range(3):
+        cells[row, table.value - left].set_facecolor('mistyrose')
+        cells[row, table.value - left].set_text_props(color='tab:red', weight='bold')
 
 
 def chosen(shots: Sequence[Shot], count: int = SHOWN) -> list[Shot]:
@@ -140,7 +228,9 @@ def chosen(shots: Sequence[Shot], count: int = SHOWN) -> list[Shot]:
 
 def draw_frames(shots: Sequence[Shot], phases: int) -> Image:
     """
-    Draw four pictures of each frame, one below the other.
+    Draw four pictures of each frame, one below the other, below a legend of the boxes.
+
+    Each has its words in a strip above, as they would hide heads.
 
     :param shots: with a match.
     :param phases: of the bank.
@@ -150,7 +240,40 @@ def draw_frames(shots: Sequence[Shot], phases: int) -> Image:
     for shot in shots:
         for row, picture in zip(rows, _pictures(shot, tallest, phases), strict=True):
             row.append(picture)
-    return contact_sheet([picture for row in rows for picture in row], len(shots))
+    sheet = contact_sheet([picture for row in rows for picture in row], len(shots))
+    return np.vstack([_legend(sheet.shape[1]), sheet])
+
+
+def _legend(width: int) -> Image:
+    """Return the words about the boxes, on as many lines as the width asks for."""
+    lines: list[Image] = []
+    left = width
+    for words, colour in LEGEND:
+        (long, _), _ = cv2.getTextSize(words, cv2.FONT_HERSHEY_SIMPLEX, 0.4, 1)
+        if left + long > width:
+            lines.append(_strip(width))
+            left = 4
+        draw_label(lines[-1], words, (left, 2), colour)
+        left += long + 24
+    return np.vstack(lines)
+
+
+def _strip(width: int) -> Image:
+    return np.full((STRIP, width, 3), BACKDROP, np.uint8)
+
+
+def _captioned(picture: Image, words: str) -> Image:
+    """Return a picture below its words."""
+    strip = _strip(picture.shape[1])
+    draw_label(strip, words, (2, 2))
+    return np.vstack([strip, picture])
+
+
+def template_box(shot: Shot) -> Box | None:
+    """Return the tight box of the template where the path places it, in pixels of the image."""
+    prior = shot.match.shape_prior
+    box = Box.around(prior > 127)
+    return box and box.scaled(shot.given.image.shape[1] / prior.shape[1])
 
 
 def _box(shot: Shot) -> Box:
@@ -174,32 +297,35 @@ def _pictures(shot: Shot, tallest: float, phases: int) -> list[Image]:
             picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_LINEAR))
         return crop(picture, region, TILE)
 
-    def there(box: Box | None) -> Box | None:
-        return box and Box(
-            factor * (box.x - left),
-            factor * (box.y - top),
-            factor * box.width,
-            factor * box.height,
-        )
+    def there(box: Box) -> Box:
+        return box.shifted(-left, -top).scaled(factor)
 
     first = seen(image)
-    tracked, refined = there(shot.track.body), there(match.box)
+    tracked, refined, own = (
+        each and there(each) for each in (shot.track.body, match.box, template_box(shot))
+    )
     draw_match(first, tracked=tracked, angle=shot.track.angle, refined=refined)
-    draw_label(first, f'frame {shot.given.number}', (2, 2))
+    if own is not None:
+        dashed = first.copy()
+        draw_box(dashed, own, TEMPLATE_COLOUR)
+        rows, columns = np.indices(first.shape[:2])
+        gaps = (rows + columns) // DASH % 2 == 0
+        first[gaps] = dashed[gaps]
     likelihood = np.asarray(cv2.cvtColor(seen(shot.track.likelihood), cv2.COLOR_GRAY2BGR))
-    draw_label(likelihood, 'likelihood', (2, 2))
     model = seen(match.shape_prior)
     inside = model[..., None] / 255
     placed = (0.35 * seen(image) * (1 - inside) + 230 * inside).astype(np.uint8)
-    phase = shot.phase(phases)
-    draw_label(placed, f'phase {phase:.2f}', (2, 2))
     mask = seen(shot.mask)
     cut = np.where(mask[..., None] > 127, seen(image), np.uint8(255))
     draw_outline(cut, mask, REFINED_COLOUR)
     error = shot.error()
     words = 'mask' if math.isnan(error) else f'mask, {error:.2f} % wrong'
-    draw_label(cut, words, (2, 2))
-    return [first, likelihood, placed, cut]
+    return [
+        _captioned(first, f'frame {shot.given.number}: boxes'),
+        _captioned(likelihood, 'likelihood'),
+        _captioned(placed, f'gait model, phase {shot.phase(phases):.2f}'),
+        _captioned(cut, words),
+    ]
 
 
 def draw_phases(phases: Phases) -> Figure:
