@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gait_segmentation.errors import SequenceError
+from gait_segmentation.errors import ConfigError, SequenceError
 from gait_segmentation.gait_model.bank import quantize
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig
@@ -50,6 +50,14 @@ def test_what_is_no_sequence_needs_a_box():
     assert given.image.shape == (192, 256, 3)
     assert given.truth is None
     assert math.isnan(given.phase)
+    part = open_walk(EXAMPLE / 'frames', walk.box, start=3, count=2, width=128)
+    assert part.box == Box(13, 20.5, 21.5, 55)
+    assert [each.number for each in part.frames()] == [3, 4]
+    assert next(part.frames()).image.shape == (96, 128, 3)
+    with pytest.raises(ConfigError, match='must not lie outside of the image'):
+        open_walk(EXAMPLE / 'frames', Box(300, 41, 43, 110))
+    with pytest.raises(ConfigError, match='--start is of a film'):
+        open_walk(EXAMPLE, None, start=3)
     with pytest.raises(SequenceError, match=r'nothing\.mp4'):
         open_walk(EXAMPLE / 'nothing.mp4', walk.box)
 

@@ -11,7 +11,14 @@ from pathlib import Path
 
 import cv2
 
-from gait_segmentation.cli.tool import add_config_options, command_parser, preset_file, run_tool
+from gait_segmentation.cli.tool import (
+    READING,
+    add_config_options,
+    add_reading_options,
+    command_parser,
+    preset_file,
+    run_tool,
+)
 from gait_segmentation.config import overridden, replaced
 from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.geometry import Box
@@ -40,6 +47,7 @@ examples
   gait_figures                           # the clip of the repository, in its folder
   gait_figures --preset paper --out out/paper
   gait_figures walk.mp4 --box 400 120 80 260
+  gait_figures walk.mp4 --box 1260 519 133 414 --start 70 --count 120 --width 960
 """
 
 
@@ -61,7 +69,8 @@ def parser() -> argparse.ArgumentParser:
         nargs=4,
         type=float,
         metavar=('X', 'Y', 'WIDTH', 'HEIGHT'),
-        help='tight about the person in the first frame, in pixels; a sequence folder has one',
+        help='tight about the person in the first frame read, in pixels of the film; a sequence '
+        'folder has one',
     )
     add(
         '--out',
@@ -71,6 +80,7 @@ def parser() -> argparse.ArgumentParser:
         help='folder of the pictures (default: %(default)s)',
     )
     add_config_options(made)
+    add_reading_options(made, 'films: their own; folders: 30')
     return made
 
 
@@ -86,7 +96,11 @@ def draw(options: argparse.Namespace) -> None:
     :raises GaitSegmentationError: if an option, the clip or a file cannot be used.
     """
     box = None if options.box is None else Box(*options.box)
-    walk = open_walk(options.clip, box)
+    given = {name: getattr(options, name) for name in READING}
+    usual = parser().get_default
+    walk = open_walk(
+        options.clip, box, **{name: each for name, each in given.items() if each != usual(name)}
+    )
     keep_apart([('--out', options.out / name) for name in FILES], [options.clip])
     keep_others([('--out', options.out / name, is_own_picture) for name in FILES], 'gait_figures')
     make_folder('--out', options.out)

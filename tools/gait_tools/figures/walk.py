@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.cli.tool import scaled_box
 from gait_segmentation.config import replaced
-from gait_segmentation.errors import SequenceError
+from gait_segmentation.errors import ConfigError, SequenceError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
-from gait_segmentation.inputs import open_input
+from gait_segmentation.inputs import ImageSource, open_input
 from gait_segmentation.matching import MatchingConfig, SequenceMatcher
 from gait_segmentation.results import MatchResult, TrackResult
 from gait_tools.evaluation.metrics import error_percent, evaluation_window, jaccard
@@ -79,21 +80,31 @@ class Shot:
         return error_percent(self.mask[window], truth[window])
 
 
-def open_walk(path: Path, box: Box | None) -> Walk:
+def open_walk(path: Path, box: Box | None, **reading: Any) -> Walk:
     """
     Open a clip.
 
     :param path: a sequence folder, or a film, a folder of images or a bag.
-    :param box: tight about the person in the first frame, in pixels; None takes that of the
-        sequence folder.
+    :param box: tight about the person in the first frame read, in pixels of the clip; None takes
+        that of the sequence folder.
+    :param reading: what of a film, folder of images or bag is read, and how: as of
+        :func:`gait_segmentation.inputs.open_input`.
     :raises SequenceError: if it cannot be read or has no box.
+    :raises ConfigError: if the box does not fit the frames, or ``reading`` is given with a
+        sequence folder.
     """
     if (path / 'sequence.yaml').exists():
+        if reading:
+            raise ConfigError(
+                f'{path} is a sequence folder, read as it is: --{next(iter(reading))} is of a film'
+            )
         return _sequence(Sequence.load(path), box)
     if box is None:
         raise SequenceError(f'{path} has no sequence.yaml with an initial_box: --box is needed')
-    open_input(path)
-    return Walk(path.stem, box, lambda: _filmed(path))
+    film = open_input(path, **reading)
+    scaled = scaled_box(box, film)
+    assert scaled is not None
+    return Walk(path.stem, scaled, lambda: _filmed(film))
 
 
 def _sequence(sequence: Sequence, box: Box | None) -> Walk:
@@ -130,8 +141,8 @@ def _phases(sequence: Sequence) -> dict[int, float]:
     }
 
 
-def _filmed(path: Path) -> Iterator[Given]:
-    for frame in open_input(path).frames():
+def _filmed(film: ImageSource) -> Iterator[Given]:
+    for frame in film.frames():
         if frame.image is not None:
             yield Given(frame.number, frame.stamp_ns, frame.image, None, math.nan)
 
