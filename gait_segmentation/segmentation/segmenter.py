@@ -73,7 +73,7 @@ class Segmenter:
         """
         self._config = config or SegmentationConfig()
         # Also for other priors: the configuration may be exchanged, and a bad file is refused now.
-        self._vocabulary = _vocabulary(self._config)
+        self._vocabulary = vocabulary_of(self._config)
         self._start_track(0)
 
     @property
@@ -84,7 +84,7 @@ class Segmenter:
     @config.setter
     def config(self, config: SegmentationConfig) -> None:
         if config.vocabulary != self._config.vocabulary:
-            self._vocabulary = _vocabulary(config)
+            self._vocabulary = vocabulary_of(config)
         self._config = config
 
     def _start_track(self, track_id: int) -> None:
@@ -273,7 +273,12 @@ class Segmenter:
         return SegmentationResult(match.stamp_ns, match.track_id, mask, reason)
 
 
-def _vocabulary(config: SegmentationConfig) -> Vocabulary:
+def vocabulary_of(config: SegmentationConfig) -> Vocabulary:
+    """
+    Return the words of the paper's prior.
+
+    :raises VocabularyError: if the configuration names a file that cannot be used.
+    """
     return Vocabulary.load(config.vocabulary) if config.vocabulary else default_vocabulary()
 
 

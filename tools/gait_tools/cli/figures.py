@@ -26,8 +26,8 @@ from gait_tools.evaluation.report import write_figure, write_image
 from gait_tools.figures.walk import figured, open_walk
 from gait_tools.outputs import is_own_picture, keep_others, make_folder
 
-FILES = ('table.png', 'frames.png', 'phase.png')
-"""What is written: Fig. 1, Figs. 2 and 3, and Fig. 4."""
+FILES = ('table.png', 'frames.png', 'phase.png', 'prior.png')
+"""What is written: Fig. 1, Figs. 2 and 3, Fig. 4, and section 4."""
 
 DESCRIPTION = """\
 Draw from a clip what the figures of Wang, Yagi and Makihara (ACCV 2009) show.
@@ -37,6 +37,8 @@ Draw from a clip what the figures of Wang, Yagi and Makihara (ACCV 2009) show.
               is likely near the template) and the template's own box (yellow,
               dashed), likelihood, gait model at its place, mask
   phase.png   Fig. 4: the phase of each frame alone, and of the best path
+  prior.png   section 4: how the paper's shape prior is made in one frame, also if
+              the parameters ask for another prior
 
 Prints Table 1 of clips with truth: wrong pixels with and without the shape prior,
 ambiguous ones left out.
@@ -108,6 +110,7 @@ def draw(options: argparse.Namespace) -> None:
     from gait_segmentation.cli.settings import Settings, read_parameter_file
     from gait_segmentation.kernels import compile_kernels, compiling
     from gait_segmentation.pipeline import Pipeline, PipelineConfig
+    from gait_segmentation.segmentation.segmenter import vocabulary_of
     from gait_tools.figures.pictures import (
         chosen,
         draw_access_table,
@@ -115,6 +118,7 @@ def draw(options: argparse.Namespace) -> None:
         draw_phases,
         table_of,
     )
+    from gait_tools.figures.prior import draw_prior, steps_of
     from gait_tools.figures.walk import mean_scores, phases_of, record
 
     cv2.setNumThreads(1)
@@ -135,6 +139,13 @@ def draw(options: argparse.Namespace) -> None:
     write_image(options.out / 'frames.png', draw_frames(shown, bank.phases))
     phases = phases_of(shots, bank, config.matching)
     write_figure(options.out / 'phase.png', draw_phases(phases))
+    segmentation = config.segmentation
+    steps = steps_of(middle, segmentation, vocabulary_of(segmentation))
+    if steps is None:
+        print('no prior.png: the template has no outline in the image')
+    else:
+        figure = draw_prior(steps, middle.given.number, segmentation)
+        write_figure(options.out / 'prior.png', figure)
     for words, each in (('each frame alone', phases.alone), ('best path', phases.path)):
         error = phases.rms(each)
         about = '' if math.isnan(error) else f', RMS {error:.1f} % of the whole stride'

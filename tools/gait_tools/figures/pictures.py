@@ -173,7 +173,13 @@ def draw_access_table(table: PixelTable, number: int, azimuth_degrees: float) ->
     ):
         ordered.axvline(place - 0.5, color='tab:red', linewidth=1.5)
         ordered.text(
-            place - 0.5, 275, words, color='tab:red', ha=side, va='center', backgroundcolor='white'
+            place - 0.5,
+            275,
+            words,
+            color='tab:red',
+            ha=side,
+            va='center',
+            bbox={'color': 'white', 'pad': 1},
         )
     curve = axes['curve']
     curve.step(range(256), table.second, where='mid', color='black', label='second ID: g <= v')
