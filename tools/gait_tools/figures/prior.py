@@ -9,7 +9,8 @@ from typing import Any
 
 import cv2
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
@@ -24,6 +25,9 @@ from gait_tools.vocabulary_training import word_colours
 
 WORDS = 4
 """Words whose distance transforms are shown."""
+
+DISTANCES = 'viridis_r'
+"""Colours of distances: bright is near."""
 
 
 @dataclass(frozen=True)
@@ -102,86 +106,76 @@ def draw_prior(steps: PriorSteps, number: int, config: SegmentationConfig) -> Fi
     colours = word_colours(words)[:, ::-1] / 255
     counts = np.bincount(steps.words, minlength=words)
     most = np.argsort(-counts, kind='stable')[:WORDS]
-    names = [f'word{place}' for place in range(len(most))]
-    figure = Figure(figsize=(11, 9), dpi=100, layout='constrained')
-    grid = [
-        ['outline', *names[:2], 'distance'],
-        ['outline', *(names[2:] or names[:2]), 'distance'],
-        ['edges', 'psi', 'psi', 'far'],
-        ['edges', 'psi', 'psi', 'far'],
-    ]
-    axes: dict[str, Any] = figure.subplot_mosaic(grid, width_ratios=(2, 1, 1, 2.2))
-    for each in axes.values():
-        each.set(xticks=[], yticks=[])
-    dim = (0.5 * steps.image + 110).astype(np.uint8)
-
-    axes['outline'].imshow(dim)
-    axes['outline'].scatter(points.columns, points.rows, s=7, color=colours[steps.words])
-    axes['outline'].set_title(f'1  outline of the template in frame {number},\nby its words')
-    used = np.flatnonzero(counts)
-    axes['outline'].legend(
-        handles=[_dot(colours[word], f'{word + 1}') for word in used],
-        title='word', fontsize=8, loc='upper right', handletextpad=0.1, ncols=2, columnspacing=0.4,
-    )  # fmt: skip
-
+    figure = Figure(figsize=(10, 9), dpi=100, layout='constrained')
+    panels: Any = figure.subfigures(2, 3, wspace=0.03, hspace=0.03)
     largest = float(terms.distance.max()) / height
-    for name, word in zip(names, most, strict=True):
-        panel, own = axes[name], steps.words == word
-        shown = panel.imshow(steps.by_word[word] / height, cmap='viridis_r', vmin=0, vmax=largest)
-        panel.scatter(points.columns[own], points.rows[own], s=2, color=colours[word])
-        panel.set_title(f'word {word + 1}: {counts[word]} points', fontsize=9)
-    middle = [axes[name] for name in names]
-    axes[names[0]].annotate(
-        '2  distance to the points of one word', (1.05, 1.22), xycoords='axes fraction',
-        ha='center', fontsize='large',
-    )  # fmt: skip
-    figure.colorbar(shown, ax=middle, location='bottom', label='body heights', shrink=0.9)
 
-    shown = axes['distance'].imshow(
-        terms.distance / height, cmap='viridis_r', vmin=0, vmax=largest
+    panel, axes = _panel(
+        panels[0, 0], f'1  outline of the template,\nframe {number}, by its words'
     )
-    axes['distance'].set_title(
-        '3  oriented distance: to the outline, and\nmore at image edges of another word'
-    )
-    figure.colorbar(shown, ax=axes['distance'], location='bottom', label='body heights')
+    axes.imshow((0.5 * steps.image + 110).astype(np.uint8))
+    axes.scatter(points.columns, points.rows, s=7, color=colours[steps.words])
+    dots = [_dot(colours[word], f'{word + 1}') for word in np.flatnonzero(counts)]
+    panel.legend(handles=dots, title='word', loc='outside center right', handletextpad=0.1)
 
+    panel = panels[0, 1]
+    panel.suptitle(f'2  distance to the points of one word,\nthe {len(most)} with most', size=11)
+    small = panel.subplots(2, 2)
+    for axes, word in zip(small.flat, most, strict=False):
+        own = steps.words == word
+        shown = axes.imshow(steps.by_word[word] / height, cmap=DISTANCES, vmin=0, vmax=largest)
+        axes.scatter(points.columns[own], points.rows[own], s=2, color=colours[word])
+        axes.set_title(f'word {word + 1}', fontsize=9)
+    for axes in small.flat:
+        axes.axis('off')
+    panel.colorbar(shown, ax=small, label='body heights')
+
+    panel, axes = _panel(
+        panels[0, 2], '3  oriented distance: to the outline,\nmore at edges of another word'
+    )
+    shown = axes.imshow(terms.distance / height, cmap=DISTANCES, vmin=0, vmax=largest)
+    panel.colorbar(shown, ax=axes, label='body heights')
+
+    panel, axes = _panel(
+        panels[1, 0], '4  is there an edge of the image (grey)\nthat confirms it?'
+    )
     ground = np.full((*steps.inside.shape, 3), 255, np.uint8)
     ground[steps.inside] = 225
     ground[terms.gradient.edges] = 110
-    axes['edges'].imshow(ground)
+    axes.imshow(ground)
     for flag, colour in ((True, 'tab:green'), (False, 'tab:red')):
         chosen = terms.confirmed == flag
-        axes['edges'].scatter(points.columns[chosen], points.rows[chosen], s=7, color=colour)
-    axes['edges'].set_title('4  does an edge of the image (grey)\nconfirm the outline?')
+        axes.scatter(points.columns[chosen], points.rows[chosen], s=7, color=colour)
     share = 100 * float(terms.confirmed.mean())
-    axes['edges'].legend(
-        handles=[
-            _dot('tab:green', f'yes: {share:.0f} %'),
-            _dot('tab:red', f'no: psi times {config.paper_edge_factor:g}'),
-        ],
-        loc='upper center', bbox_to_anchor=(0.5, 0), ncols=2, handletextpad=0.1, frameon=False,
-    )  # fmt: skip
+    dots = [
+        _dot('tab:green', f'yes, {share:.0f} %'),
+        _dot('tab:red', f'no: psi x {config.paper_edge_factor:g}'),
+    ]
+    panel.legend(handles=dots, loc='outside lower center', ncols=2, handletextpad=0.1)
 
-    shown = axes['psi'].imshow(steps.psi, cmap='magma', vmin=0, vmax=1)
-    axes['psi'].set_title('5  psi: after local search and 4,\nwhere cuts are cheap (dark)')
-    figure.colorbar(
-        shown,
-        ax=axes['psi'],
-        location='bottom',
-        label=f'cost of a cut; full at {config.paper_reach:g} body heights outside, '
-        f'{config.paper_depth:g} inside',
-    ).ax.xaxis.label.set_fontsize(8)
+    panel, axes = _panel(
+        panels[1, 1], '5  psi, after local search and 4:\nalong dark lines cuts are cheap'
+    )
+    shown = axes.imshow(steps.psi, cmap='magma', vmin=0, vmax=1)
+    full = f'1 = {config.paper_reach:g} body heights outside, {config.paper_depth:g} inside'
+    panel.colorbar(shown, ax=axes, label=f'psi; {full}')
 
+    reach = f'{config.paper_reach:g} body heights'
+    _, axes = _panel(panels[1, 2], f'6  blue: beyond {reach},\nbackground in any case')
     left = steps.image.copy()
     left[steps.far] = (0.25 * left[steps.far] + 0.75 * np.array((90, 110, 160))).astype(np.uint8)
-    axes['far'].imshow(left)
-    axes['far'].contour(steps.inside, [0.5], colors='white', linewidths=1)
-    axes['far'].set_title(
-        f'6  farther than {config.paper_reach:g} body heights (blue):\n'
-        'background, whatever the likelihood says'
-    )
-    axes['far'].set_xlabel('white: the template')
+    axes.imshow(left)
+    axes.contour(steps.inside, [0.5], colors='white', linewidths=1)
+    axes.set_xlabel('white: outline of the template')
     return figure
+
+
+def _panel(panel: SubFigure, title: str) -> tuple[SubFigure, Axes]:
+    """Return a part of the figure and axes for one picture in it."""
+    panel.suptitle(title, size=11)
+    axes = panel.subplots()
+    axes.set(xticks=[], yticks=[])
+    return panel, axes
 
 
 def _dot(colour: Any, label: str) -> Line2D:
