@@ -13,9 +13,12 @@ from gait_segmentation.errors import ConfigError, SequenceError
 from gait_segmentation.gait_model.bank import quantize
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig
+from gait_segmentation.paper.vocabulary import default_vocabulary
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.results import MatchResult
+from gait_segmentation.segmentation import SegmentationConfig
 from gait_tools.figures.pictures import STRIP, TILE, chosen, draw_frames, table_of, template_box
+from gait_tools.figures.prior import draw_prior, steps_of
 from gait_tools.figures.walk import Phases, Shot, Walk, figured, mean_scores, open_walk, record
 from test.walkers import small_bank
 
@@ -149,3 +152,21 @@ def test_four_pictures_of_each_frame_are_drawn():
     assert (mask == 255).all(axis=2).mean() > 0.4
     bare = [replace(each, given=each.given._replace(truth=None)) for each in shots]
     assert draw_frames(bare, 12).shape == sheet.shape
+
+
+def test_the_steps_of_the_prior_agree_with_each_other() -> None:
+    shot, config, vocabulary = short()[4], SegmentationConfig(), default_vocabulary()
+    steps = steps_of(shot, config, vocabulary)
+    assert steps is not None
+    height, width = steps.psi.shape
+    assert steps.image.shape == (height, width, 3)
+    assert steps.by_word.shape == (vocabulary.words, height, width)
+    points = steps.terms.points
+    # An outline point is no way from those of its word.
+    assert (steps.by_word[steps.words, points.rows, points.columns] == 0).all()
+    # Edges of another word are further away, and nothing is nearer, than the outline.
+    assert (steps.terms.distance >= steps.by_word.min(axis=0) - 1e-4).all()
+    assert not (steps.far & steps.inside).any()
+    assert draw_prior(steps, 4, config).get_figwidth() > 0
+    black = replace(shot.match, shape_prior=np.zeros_like(shot.match.shape_prior))
+    assert steps_of(replace(shot, match=black), config, vocabulary) is None
