@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.cli.tool import scaled_box
 from gait_segmentation.config import replaced
 from gait_segmentation.errors import ConfigError, SequenceError
 from gait_segmentation.gait_model.bank import TemplateBank
@@ -90,8 +89,7 @@ def open_walk(path: Path, box: Box | None, **reading: Any) -> Walk:
     :param reading: what of a film, folder of images or bag is read, and how: as of
         :func:`gait_segmentation.inputs.open_input`.
     :raises SequenceError: if it cannot be read or has no box.
-    :raises ConfigError: if the box does not fit the frames, or ``reading`` is given with a
-        sequence folder.
+    :raises ConfigError: if ``reading`` is given with a sequence folder.
     """
     if (path / 'sequence.yaml').exists():
         if reading:
@@ -102,9 +100,7 @@ def open_walk(path: Path, box: Box | None, **reading: Any) -> Walk:
     if box is None:
         raise SequenceError(f'{path} has no sequence.yaml with an initial_box: --box is needed')
     film = open_input(path, **reading)
-    scaled = scaled_box(box, film)
-    assert scaled is not None
-    return Walk(path.stem, scaled, lambda: _filmed(film))
+    return Walk(path.stem, box.scaled(film.scale), lambda: _filmed(film))
 
 
 def _sequence(sequence: Sequence, box: Box | None) -> Walk:
