@@ -8,13 +8,26 @@ OLDEST ?= .venv-oldest
 MINUTES ?= 45
 SEED ?= $(shell od -An -N4 -tu4 /dev/urandom | tr -d ' ')
 
-.PHONY: demo test test-oldest fuzz faults lint clean help
+.PHONY: demo overlay film-given test test-oldest fuzz faults lint clean help
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
 
-demo: $(VENV)/demo  ## push a film of a walking woman through the three nodes (PRESET=paper: as published)
-	$(BIN)/gait_demo --out $(OUT)/demo $(if $(PRESET),--preset $(PRESET))
+demo: $(VENV)/demo  ## push a film of a walking woman through the three nodes (PRESET=paper; DETECTOR=mediapipe)
+	$(BIN)/gait_demo --out $(OUT)/demo $(if $(PRESET),--preset $(PRESET)) $(if $(DETECTOR),--detector $(DETECTOR))
+	@echo 'next, a film of your own: make overlay FILM=walk.mp4'
+
+# Made again each time, as it may be another film of that name.
+overlay: film-given $(VENV)/demo  ## find the people who walk in FILM=walk.mp4: overlay and masks (DETECTOR=mediapipe)
+	@name=$$(basename '$(FILM)'); place=$$(realpath -m '$(OUT)')/$${name%.*}; \
+	$(BIN)/gait_replay '$(FILM)' --force --out '$(OUT)/replay' --overlay "$$place.mp4" --masks "$${place}_masks" \
+		$(if $(DETECTOR),--detector $(DETECTOR)) && \
+	echo "$$place.mp4  the film with outline, box, direction and phase" && \
+	echo "$${place}_masks  the silhouettes, a picture a frame"
+
+# Before the installation, which takes minutes.
+film-given:
+	@test -e '$(FILM)' || { echo 'say which film: make overlay FILM=walk.mp4$(if $(FILM), ($(FILM) is not there))' >&2; exit 1; }
 
 test: $(VENV)/installed lint  ## check the code and run all tests
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile

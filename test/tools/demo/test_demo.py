@@ -4,6 +4,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -15,6 +16,8 @@ import cv2
 import numpy as np
 import pytest
 
+from gait_segmentation.detector.client import PYTHON
+from test.detectors import fake_python
 from test.walkers import box_of, clip
 
 pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
@@ -39,9 +42,9 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[str]]:
 class Demo:
     """gait_demo as a process."""
 
-    def __init__(self, film: tuple[Path, list[str]], out: Path) -> None:
+    def __init__(self, film: tuple[Path, list[str]], out: Path, *more: str) -> None:
         command = [sys.executable, '-m', 'gait_tools.cli.demo', '--clip', str(film[0])]
-        command += [*film[1], '--rate', '10', '--out', str(out)]
+        command += [*film[1], '--rate', '10', '--out', str(out), *more]
         environment = {**os.environ, 'PYTHONPATH': f'{ROOT}:{ROOT}/tools'}
         environment.pop('ROS_DOMAIN_ID', None)
         self.process = subprocess.Popen(
@@ -93,7 +96,12 @@ def test_everything_is_written(demo: Demo, film, tmp_path: Path) -> None:
     latency = report.pop('latency_ms')
     assert set(report.values()) == {FRAMES}
     assert 0 < latency['p50'] <= latency['p95']
-    assert f'{FRAMES} of {FRAMES} frames answered' in output
+    assert f'{FRAMES} frames played, {FRAMES} answered, {FRAMES} with a silhouette' in output
+    shown = re.findall(r'(?m)^(/.*?)  ', output)
+    assert {Path(each).relative_to(out).name for each in shown} == {
+        *('contact_sheet.png', 'overlay.mp4', 'animation.webp', 'masks'),
+    }
+    assert all(Path(each).exists() for each in shown)
     names = sorted(path.name for path in (out / 'masks').iterdir())
     assert names == [f'{index:04d}.png' for index in range(FRAMES)]
     first = cv2.imread(str(film[0] / '0000.png'))
@@ -104,6 +112,19 @@ def test_everything_is_written(demo: Demo, film, tmp_path: Path) -> None:
     capture = cv2.VideoCapture(str(out / 'overlay.mp4'))
     assert capture.get(cv2.CAP_PROP_FRAME_COUNT) == FRAMES
     capture.release()
+
+
+def test_a_detector_runs_beside_the_nodes(
+    film, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(PYTHON, fake_python(tmp_path))
+    demo = Demo(film, tmp_path / 'out', '--detector', 'mediapipe')
+    children = demo.children(4)
+    output = demo.finish()
+    assert demo.process.returncode == 0, output
+    assert f'{FRAMES} answered' in output
+    assert 'active' in (tmp_path / 'out/logs/gait_detector.log').read_text()
+    _wait_for_end(children)
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,7 @@ from gait_segmentation.cli.tool import (
     run_tool,
     scaled_box,
 )
+from gait_segmentation.detector.client import DETECTORS, detector_python
 from gait_segmentation.drawing import track_colour
 from gait_segmentation.errors import ConfigError, SequenceError
 from gait_segmentation.files.image_files import read_image
@@ -67,6 +68,7 @@ writes to the output folder
 examples
   gait_demo
   gait_demo --preset paper --out out/paper
+  gait_demo --detector mediapipe
   gait_demo --clip walk.mp4 --people 3 --out out/walk
   gait_demo --clip walk.mp4 --box 400 120 80 260 --start 15 --out out/walk
 """
@@ -86,6 +88,14 @@ _PIP += ['--disable-pip-version-check', '--retries', '1', '--timeout', '20', _RE
 _WRITTEN = {
     *('masks', 'overlay.mp4', 'animation.webp', 'contact_sheet.png', 'report.json', 'logs'),
 }
+_SHOWN = {
+    'contact_sheet.png': 'the person seen longest, with outline and phase',
+    'overlay.mp4': 'the film with outline, box, direction and phase',
+    'animation.webp': 'the same above the silhouette',
+    'masks': 'the silhouettes, a picture a frame',
+}
+"""What is said of what was written."""
+
 _ANIMATED = 560
 """Width of the animation in pixels."""
 
@@ -106,6 +116,13 @@ def parser() -> argparse.ArgumentParser:
         help='with --clip: tight box of a person in the first frame played, in pixels of the '
         'film; without, people are found by their walk',
     )
+    add(
+        '--detector',
+        choices=DETECTORS,
+        default='none',
+        help='have a network say where people are, beside the nodes: mediapipe = gait_detector, '
+        'in a Python that has it; people are found by it, unless --box is given',
+    )
     add('--people', type=int, default=1, metavar='N', help='people at a time (%(default)s)')
     add_preset_option(made)
     add_reading_options(made, "the film's")
@@ -121,11 +138,15 @@ def main(arguments: list[str] | None = None) -> int:
 def _demonstrate(options: argparse.Namespace) -> None:
     """Play the film through the nodes, and write and say what became of it."""
     check_ranges(options, {'people': (1, MOST_PEOPLE)})
+    if options.detector != 'none':
+        # Before anything is fetched or written.
+        detector_python()
     box = None if options.box is None else Box(*options.box)
     if options.clip is None:
         if box is not None or options.start:
             raise ConfigError('--box and --start belong to a film of your own: give --clip too')
-        options.clip, options.start, box = demo_clip(), CLIP_START, CLIP_BOX
+        options.clip, options.start = demo_clip(), CLIP_START
+        box = CLIP_BOX if options.detector == 'none' else None
     reading = {name: getattr(options, name) for name in READING}
     film = open_input(options.clip, **reading)
     box, out = scaled_box(box, film), options.out
@@ -138,7 +159,15 @@ def _demonstrate(options: argparse.Namespace) -> None:
     from gait_tools.demo.recording import play
 
     preset = options.preset or 'default'
-    recording = play(film, out / 'logs', box=box, people=options.people, preset=preset, **reading)
+    recording = play(
+        film,
+        out / 'logs',
+        box=box,
+        people=options.people,
+        preset=preset,
+        detector=options.detector,
+        **reading,
+    )
     played, answered = len(recording.published), recording.answered()
     if len(answered) < played:
         print(f'gait_demo: {lost_frames(played - len(answered), recording)}', file=sys.stderr)
@@ -156,9 +185,11 @@ def _demonstrate(options: argparse.Namespace) -> None:
     }
     write_file(out / 'report.json', (json.dumps(report, indent=2) + '\n').encode())
     print(
-        f'{len(answered)} of {played} frames answered, {seen} with a silhouette; latency '
-        f'{median:.0f} ms, 95 % within {high:.0f} ms; see {out}'
+        f'{played} frames played, {len(answered)} answered, {seen} with a silhouette\n'
+        f"from a frame's stamp to its mask: half within {median:.0f} ms, 95 % within {high:.0f} ms"
     )
+    for name, what in _SHOWN.items():
+        print(f'{(out / name).absolute()}  {what}')
 
 
 def demo_clip() -> Path:

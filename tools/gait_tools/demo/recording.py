@@ -60,8 +60,9 @@ class Recording(Listener):
     ``arrived_s`` the times at which labels came by stamp; of ``complete`` frames all has come.
     """
 
-    def __init__(self, people: int) -> None:
+    def __init__(self, people: int, detector: str = 'none') -> None:
         """Begin to listen to the nodes; rclpy must be initialised."""
+        self.nodes = NODES if detector == 'none' else (*NODES, 'gait_detector')
         self.published: dict[int, int] = {}
         self.complete = 0
         self._people = people
@@ -82,7 +83,9 @@ class Recording(Listener):
     def connected(self) -> bool:
         """Return whether the nodes are active and connected with each other and with this."""
         wanted = {'labels': 1, **slot_topics(_SUBSCRIBERS, self._people)}
-        return self.active() >= set(NODES) and all(
+        if 'gait_detector' in self.nodes:
+            wanted['heat_map'] = 1
+        return self.active() >= set(self.nodes) and all(
             self.subscribers(topic) >= count for topic, count in wanted.items()
         )
 
@@ -93,7 +96,7 @@ class Recording(Listener):
         :raises ProcessError: if a node ends meanwhile.
         """
         while not done():
-            processes.check_running(*NODES)
+            processes.check_running(*self.nodes)
             time.sleep(POLL_S)
 
     def follow_rest(self, processes: ProcessGroup) -> None:
@@ -163,6 +166,7 @@ def play(
     box: Box | None = None,
     people: int = 1,
     preset: str = 'default',
+    detector: str = 'none',
     **reading: object,
 ) -> Recording:
     """
@@ -170,6 +174,7 @@ def play(
 
     :param logs: folder for what the processes say.
     :param box: of a person in the first frame, in the pixels played; without, people are found.
+    :param detector: one of :data:`DETECTORS`; its node runs beside the others.
     :param reading: arguments of :func:`open_input` with which the film was opened.
     :raises ProcessError: if a process fails or the nodes do not connect.
     """
@@ -180,9 +185,9 @@ def play(
         numbers = [float(each) for each in (box.x, box.y, box.width, box.height)]
         words += ['-p', f'initial_box:={numbers}']
     with ros(), ProcessGroup(logs) as processes:
-        for name in NODES:
-            processes.start_node(name, *words)
-        with closing(Recording(people)) as recording:
+        with closing(Recording(people, detector)) as recording:
+            for name in recording.nodes:
+                processes.start_node(name, *words)
             record(recording, processes, film, logs / 'stamps.txt', reading)
         return recording
 
@@ -206,7 +211,17 @@ def record(
     recording.follow(connected, processes)
     source = [f'--{name.replace("_", "-")}={value}' for name, value in reading.items() if value]
     # The delay is for the processes to be done with finding the camera before it starts.
-    source += ['--wait-for', '2', '--delay', '1', '--stamps', str(stamps), '--', str(film.path)]
+    # All nodes but the matcher read images.
+    source += [
+        '--wait-for',
+        str(len(recording.nodes) - 1),
+        '--delay',
+        '1',
+        '--stamps',
+        str(stamps),
+        '--',
+        str(film.path),
+    ]
     stamps.unlink(missing_ok=True)
     processes.start('gait_source', 'gait_tools.cli.source', *source)
     # disable=None: no bar where stderr is not a terminal.
@@ -217,7 +232,7 @@ def record(
             return processes.ended('gait_source')
 
         recording.follow(played, processes)
-        processes.check_running(*NODES)
+        processes.check_running(*recording.nodes)
         recording.published = read_stamps(stamps)
         recording.follow_rest(processes)
         if recording.complete < len(recording.published):
