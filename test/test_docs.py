@@ -7,6 +7,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import re
+import runpy
 import shlex
 import shutil
 import subprocess
@@ -15,6 +16,8 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+import matplotlib
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import yaml
@@ -202,3 +205,28 @@ def test_the_example_of_the_library_runs(monkeypatch: pytest.MonkeyPatch) -> Non
         cv2.setNumThreads(threads)
     assert [each.shape for each in shown] == [image.shape[:2] for image in images()]
     assert len(found['frame'].people) == 2
+
+
+def test_the_example_that_plots_draws_the_walk(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, 'argv', ['plot_gait.py'])
+    matplotlib.use('Agg')
+    try:
+        found = runpy.run_path(str(ROOT / 'examples/plot_gait.py'))
+    finally:
+        plt.close('all')
+    assert cv2.imread('gait.png').shape == (700, 1000, 3)
+    axes = found['axes']
+    (phase,), (direction,) = axes['p'].lines, axes['d'].lines
+    times = np.asarray(phase.get_xdata())
+    truth = yaml.safe_load((ROOT / 'examples/walker/sequence.yaml').read_text())
+    # Frame N has the stamp (N + 1) / fps.  Which leg is nearer cannot be seen in a silhouette.
+    frames = np.rint(times * truth['fps']).astype(int) - 1
+    assert len(frames) > 20
+    strides = np.asarray(phase.get_ydata()) - np.asarray(truth['phases'])[frames]
+    assert np.abs((strides + 0.25) % 0.5 - 0.25).max() < 0.1
+    np.testing.assert_allclose(direction.get_ydata(), 0, atol=20)
+    portraits = [axes[place].images[0].get_array() for place in '012345']
+    assert min(portrait.std() for portrait in portraits) > 5
