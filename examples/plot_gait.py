@@ -44,15 +44,13 @@ for frame in film.frames():
         for person in result.people:
             track, match, time_s = person.track, person.match, result.stamp_ns / 1e9
             if track.box is not None and match.body is not None:
-                walks[track.track_id].append(
-                    (time_s, match.phase, match.phase_rate, match.azimuth)
-                )
-                if len(walks[track.track_id]) % 5 == 1:  # more would only take memory
+                walk = walks[track.track_id]
+                walk.append((time_s, match.phase, match.phase_rate, match.azimuth))
+                if len(walk) % 5 == 1:  # more would only take memory
                     portraits.append((time_s, portrait(frame.image, person)))
 
 # %% Draw it, directions from -135 to 225 degrees: few walk where the axis is cut.
-if not walks:
-    sys.exit('nobody was seen walking')
+assert walks, 'nobody was seen walking'
 figure, axes = plt.subplot_mosaic('012345;pppppp;dddddd', figsize=(10, 7), layout='constrained')
 for place, index in enumerate(np.linspace(0, len(portraits) - 1, 6).round().astype(int)):
     axes[str(place)].axis('off')

@@ -230,3 +230,14 @@ def test_the_example_that_plots_draws_the_walk(
     np.testing.assert_allclose(direction.get_ydata(), 0, atol=20)
     portraits = [axes[place].images[0].get_array() for place in '012345']
     assert min(portrait.std() for portrait in portraits) > 5
+
+
+@pytest.mark.skipif(shutil.which('make') is None, reason='needs make')
+@pytest.mark.parametrize('given', [[], ['FILM=none.mp4']])
+def test_an_overlay_without_a_film_says_what_to_type(given: list[str], tmp_path: Path) -> None:
+    environment = tmp_path / 'venv'
+    command = ['make', '-C', str(ROOT), 'overlay', f'VENV={environment}', *given]
+    made = subprocess.run(command, capture_output=True, text=True)
+    assert made.returncode == 2
+    assert 'make overlay FILM=walk.mp4' in made.stderr
+    assert not environment.exists()
