@@ -89,8 +89,10 @@ class MatchResult:
     away from the camera, pi to the left, -pi/2 towards the camera.  ``similarity`` is the Tanimoto
     similarity of the template with the likelihood, ``confidence`` in 0..1 the probability that
     ``phase`` is right to 5 %, half strides apart.  ``shape_prior`` is the template warped into
-    the image: uint8, same size as the likelihood, 255 inside, soft edge.  ``box`` is the tight box
-    about what is likely where the template stands, in source pixels; None where nothing is.
+    the image: uint8, same size as the likelihood, 255 inside, soft edge.  ``placed`` is the
+    tracked box as the path moves and scales it, the paper's refined box, and ``box`` the tight box
+    about what is likely where the template stands, None where nothing is; both are upright, in
+    source pixels.
     """
 
     stamp_ns: int
@@ -105,6 +107,7 @@ class MatchResult:
     similarity: float
     confidence: float
     shape_prior: NDArray[np.uint8]
+    placed: Box | None = None
     box: Box | None = None
 
     @classmethod

@@ -78,7 +78,7 @@ def names(document: Path) -> set[str]:
 
 @pytest.mark.parametrize('document', DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
 def test_files_that_are_named_exist(document: Path) -> None:
-    folders = ('gait_segmentation', 'benchmarks', 'config', 'launch', 'test', 'tools')
+    folders = ('gait_segmentation', 'benchmarks', 'config', 'examples', 'launch', 'test', 'tools')
     files = [path for name in folders for path in (ROOT / name).rglob('*.*')]
     there = ['/' + str(path.relative_to(ROOT)) for path in (*files, ROOT / 'setup.py')]
     assert [

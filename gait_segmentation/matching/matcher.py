@@ -309,6 +309,9 @@ class SequenceMatcher:
             shape_prior=warp_template(
                 template, body.scaled(frame.scale), bank.fill, (height, width)
             ),
+            placed=Box.from_center(
+                body.center_x, body.center_y, placement.scale * frame.box.width, body.height
+            ),
             box=refined_box(
                 images[scale],
                 template,

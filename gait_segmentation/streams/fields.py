@@ -70,14 +70,13 @@ def track_corners(track: TrackResult) -> Corners:
 
 def matched_corners(match: MatchResult) -> Corners:
     """
-    Return what ``matched_box`` says: a rectangle along the body's axis, as high as the body.
+    Return what ``matched_box`` says: the tracked box where the path places it.
 
-    It is as wide as the refined box, or half as wide as high where there is none.
+    It is turned about its centre as the tracked box is.
     """
-    if match.body is None:
+    if match.body is None or match.placed is None:
         return ()
-    height = match.body.height
-    return match.body.corners(height / 2 if match.box is None else match.box.width)
+    return match.body.corners(match.placed.width)
 
 
 def refined_corners(match: MatchResult) -> Corners:

@@ -112,9 +112,10 @@ def test_a_gait_may_be_nobodys_or_lack_what_it_need_not_have() -> None:
             read_gait(sent)
 
 
-@pytest.mark.parametrize(('refined', 'width'), [(None, 90.0), (Box(80, 100, 50, 170), 50.0)])
-def test_a_matched_box_is_as_wide_as_the_refined_one_or_half_its_height(
-    refined: Box | None, width: float
-) -> None:
-    about = dataclasses.replace(match(BodyFrame(100, 200, 180)), box=refined)
-    assert matched_corners(about) == Box.from_center(100, 200, width, 180).corners()
+def test_a_matched_box_is_the_placed_one_along_the_axis_of_the_body() -> None:
+    placed = Box.from_center(100, 200, 50, 180)
+    upright = dataclasses.replace(match(BodyFrame(100, 200, 180)), placed=placed)
+    assert matched_corners(upright) == placed.corners()
+    turned = dataclasses.replace(upright, body=BodyFrame(100, 200, 180, math.pi / 2))
+    frame, width = BodyFrame.from_corners(matched_corners(turned))
+    assert (frame.height, frame.angle, width) == pytest.approx((180, math.pi / 2, 50))

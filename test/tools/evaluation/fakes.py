@@ -60,7 +60,9 @@ class FakePipeline:
                 people=(
                     SimpleNamespace(
                         track=SimpleNamespace(track_id=1, box=box, body=box, state='tracked'),
-                        match=SimpleNamespace(body=body, phase=0.25, azimuth=0.0, box=box),
+                        match=SimpleNamespace(
+                            body=body, phase=0.25, azimuth=0.0, placed=box, box=box
+                        ),
                         segmentation=SimpleNamespace(stamp_ns=stamp_ns, track_id=1, mask=mask),
                     ),
                 ),

@@ -28,7 +28,7 @@ from .fakes import found_person
 
 
 def outcome(j, box_iou=0.5, total=10.0, scored=True):
-    boxes = [BoxScore(box_iou / share, (share - 1) / 10) for share in (1, 2, 4)]
+    boxes = [BoxScore(box_iou / share, (share - 1) / 10) for share in (1, 2, 4, 5)]
     score = FrameScore(j, 0.5, 1.0, 0.1, *boxes)
     times = {'tracking': 1.0, 'matching': 2.0, 'segmentation': 3.0, 'total': total}
     return Outcome(0, None, None, times, 0.02, score if scored else None)
@@ -65,6 +65,7 @@ def test_numbers_are_means_of_frames_and_medians_of_times(report):
     assert two['box_iou'] == pytest.approx(0.1)
     assert two['lost_frames'] == 1
     assert two['tracked'] == pytest.approx({'box_iou': 0.05, 'centre_error': 0.1})
+    assert two['placed']['box_iou'] == pytest.approx(0.02)
     assert two['matched'] == pytest.approx({'box_iou': 0.025, 'centre_error': 0.3})
     # Every sequence counts the same.
     mean = report['mean']

@@ -17,7 +17,7 @@ from gait_segmentation.paper.vocabulary import default_vocabulary
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.results import MatchResult
 from gait_segmentation.segmentation import SegmentationConfig
-from gait_tools.figures.pictures import STRIP, TILE, chosen, draw_frames, table_of, template_box
+from gait_tools.figures.pictures import STRIP, TILE, chosen, draw_frames, table_of
 from gait_tools.figures.prior import draw_prior, steps_of
 from gait_tools.figures.walk import Phases, Shot, Walk, figured, mean_scores, open_walk, record
 from test.walkers import small_bank
@@ -113,17 +113,6 @@ def test_the_table_adds_what_comparing_would(levels):
     # Both IDs are worth a look.
     first, second = table.ids
     assert 0 < first < second < len(here)
-
-
-def test_the_box_of_a_template_is_in_pixels_of_the_image() -> None:
-    shot = short()[4]
-    prior = np.zeros((48, 64), np.uint8)
-    prior[10:20, 30:34] = 128
-    match = replace(shot.match, shape_prior=prior)
-    # The image has 256 x 192.
-    assert template_box(replace(shot, match=match)) == Box(120, 40, 16, 40)
-    black = replace(match, shape_prior=np.zeros_like(prior))
-    assert template_box(replace(shot, match=black)) is None
 
 
 def test_four_pictures_of_each_frame_are_drawn():

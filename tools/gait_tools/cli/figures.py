@@ -33,9 +33,9 @@ DESCRIPTION = """\
 Draw from a clip what the figures of Wang, Yagi and Makihara (ACCV 2009) show.
 
   table.png   Fig. 1: the direct access table of one pixel
-  frames.png  Figs. 2 and 3: tracked box (red), refined box (green: about what
-              is likely near the template) and the template's own box (yellow,
-              dashed), likelihood, gait model at its place, mask
+  frames.png  Figs. 2 and 3: tracked box (red), the same where the path has it
+              (green: the paper's refined box), box about what is likely there
+              (yellow, dashed), likelihood, gait model at its place, mask
   phase.png   Fig. 4: the phase of each frame alone, and of the best path
   prior.png   section 4: how the paper's shape prior is made in one frame, also if
               the parameters ask for another prior

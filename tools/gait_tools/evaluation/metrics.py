@@ -71,7 +71,8 @@ class FrameScore:
 
     ``j`` and ``f`` in 0..1, the error rates in percent of the pixels in the window and in the
     image.  ``visible`` is the box about what is seen of the person, ``tracked`` that of the whole
-    body, which the matcher starts from, and ``matched`` the one that it finds.
+    body, which the matcher starts from, ``placed`` the same where the path has it, and ``matched``
+    the one about what is likely there.
     """
 
     j: float
@@ -81,6 +82,7 @@ class FrameScore:
     visible: BoxScore
     tracked: BoxScore
     matched: BoxScore
+    placed: BoxScore
 
     @property
     def lost(self) -> bool:
@@ -219,6 +221,7 @@ def score_frame(
     truth: NDArray[np.uint8],
     body: Box | None = None,
     matched: Box | None = None,
+    placed: Box | None = None,
 ) -> FrameScore:
     """
     Score one frame.
@@ -227,7 +230,8 @@ def score_frame(
     :param box: the box about what is seen, in pixels of the mask, None if nobody is tracked.
     :param truth: of the shape of the mask.
     :param body: the box of the whole body likewise; what is outside of the image does not count.
-    :param matched: the box that the matcher found.
+    :param matched: the box about what is likely at the matched template, in the image.
+    :param placed: the tracked box as the path moves and scales it.
     """
     window = evaluation_window(truth)
     expected = true_box(truth)
@@ -239,6 +243,7 @@ def score_frame(
         visible=score_box(box, expected),
         tracked=score_box(body and body.clipped(truth.shape[1], truth.shape[0]), expected),
         matched=score_box(matched, expected),
+        placed=score_box(placed and placed.clipped(truth.shape[1], truth.shape[0]), expected),
     )
 
 

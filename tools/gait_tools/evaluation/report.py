@@ -94,6 +94,7 @@ class Summary:
                 }
                 for name, boxes in (
                     ('tracked', [score.tracked for score in self.scores]),
+                    ('placed', [score.placed for score in self.scores]),
                     ('matched', [score.matched for score in self.scores]),
                 )
             },
@@ -119,7 +120,7 @@ def mean_of(sequences: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     }
     for name in _AVERAGED:
         mean[name] = mean_known(row[name] for row in rows)
-    for name in ('tracked', 'matched'):
+    for name in ('tracked', 'placed', 'matched'):
         mean[name] = {
             key: mean_known(row[name][key] for row in rows) for key in ('box_iou', 'centre_error')
         }
@@ -185,6 +186,7 @@ _COLUMNS: dict[str, Callable[[Mapping[str, Any]], str]] = {
     'image %': lambda row: _cell(row['error_rate_image'], 2),
     'box IoU': lambda row: _cell(row['box_iou'], 3),
     'tracked': lambda row: _cell(row['tracked']['box_iou'], 3),
+    'placed': lambda row: _cell(row['placed']['box_iou'], 3),
     'matched': lambda row: _cell(row['matched']['box_iou'], 3),
     'lost': lambda row: str(row['lost_frames']),
     'ms': lambda row: _cell(row['ms_per_frame']['total'], 1),

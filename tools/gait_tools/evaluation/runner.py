@@ -104,5 +104,7 @@ def _outcome(
     people = tuple(each for each in seen if each.track.box is not None)
     score = None
     if truth is not None:
-        score = score_frame(mask, track.box, truth, track.body, person.match.box)
+        score = score_frame(
+            mask, track.box, truth, track.body, person.match.box, person.match.placed
+        )
     return Outcome(number, mask, track.box, result.timings_ms, seconds, score, people)

@@ -51,16 +51,16 @@ ABOUT = 1.3
 STRIP = 20
 """Height of the strip above a picture that its words are in, in pixels."""
 
-TEMPLATE_COLOUR: Colour = (40, 225, 255)
-"""Of the template's own box."""
+LIKELY_COLOUR: Colour = (40, 225, 255)
+"""Of the box about what is likely where the template stands."""
 
 DASH = 4
 """Its dashes, in pixels: what lies under it is seen between them."""
 
 LEGEND = (
     ('tracked box', TRACKED_COLOUR),
-    ('refined box: what is likely near the template', REFINED_COLOUR),
-    ('dashed: box of the template where the path places it', TEMPLATE_COLOUR),
+    ('refined box: the tracked one where the path places it', REFINED_COLOUR),
+    ('dashed: about what is likely there', LIKELY_COLOUR),
 )
 
 
@@ -275,15 +275,8 @@ def _captioned(picture: Image, words: str) -> Image:
     return np.vstack([strip, picture])
 
 
-def template_box(shot: Shot) -> Box | None:
-    """Return the tight box of the template where the path places it, in pixels of the image."""
-    prior = shot.match.shape_prior
-    box = Box.around(prior > 127)
-    return box and box.scaled(shot.given.image.shape[1] / prior.shape[1])
-
-
 def _box(shot: Shot) -> Box:
-    box = shot.track.body or shot.match.box
+    box = shot.track.body or shot.match.placed
     assert box is not None
     return box
 
@@ -307,13 +300,13 @@ def _pictures(shot: Shot, tallest: float, phases: int) -> list[Image]:
         return box.shifted(-left, -top).scaled(factor)
 
     first = seen(image)
-    tracked, refined, own = (
-        each and there(each) for each in (shot.track.body, match.box, template_box(shot))
+    tracked, refined, likely = (
+        each and there(each) for each in (shot.track.body, match.placed, match.box)
     )
     draw_match(first, tracked=tracked, angle=shot.track.angle, refined=refined)
-    if own is not None:
+    if likely is not None:
         dashed = first.copy()
-        draw_box(dashed, own, TEMPLATE_COLOUR)
+        draw_box(dashed, likely, LIKELY_COLOUR)
         rows, columns = np.indices(first.shape[:2])
         gaps = (rows + columns) // DASH % 2 == 0
         first[gaps] = dashed[gaps]
