@@ -41,7 +41,6 @@ POLL_S = 0.05
 _PRESETS = {
     'default': 'gait_segmentation.yaml',
     'paper': 'paper.yaml',
-    'paper_prior': 'paper_prior.yaml',
 }
 """Installed parameter files by the names they have on the command line."""
 
@@ -106,8 +105,7 @@ def add_preset_option(parser: argparse.ArgumentParser) -> None:
         '--preset',
         choices=tuple(_PRESETS),
         help='parameters to begin with, which other options override: paper is the system as '
-        "published, paper_prior its matcher and prior on the default tracker's likelihoods, see "
-        'docs/paper.md',
+        'published, see docs/paper.md',
     )
 
 

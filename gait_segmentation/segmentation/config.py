@@ -42,14 +42,13 @@ class SegmentationConfig(StageConfig):
     fit_low: float = parameter(
         0.65,
         'How well templates explain the likelihood, over how well the masks do, up to which the '
-        'default prior has no weight: who dances or bends is no template.',
+        'prior has no weight: who dances or bends is no template.',
         minimum=0.0,
         maximum=1.0,
     )
     fit_high: float = parameter(
         0.8,
-        'The same from which on the default prior has its full weight; not above fit_low: it '
-        'always has.',
+        'The same from which on the prior has its full weight; not above fit_low: it always has.',
         minimum=0.0,
         maximum=1.0,
     )
@@ -77,7 +76,7 @@ class SegmentationConfig(StageConfig):
         maximum=100.0,
     )
     paper_reach: float = parameter(
-        0.12,
+        0.2,
         "Distance outside of the template's outline at which the paper prior's term is full; what "
         'is farther is background.',
         minimum=0.005,

@@ -224,6 +224,12 @@ class Segmenter:
         Either is None where the prior says nothing.
         """
         config, inside = self._config, prior > 127
+        trust = 1.0
+        if config.fit_low < config.fit_high:
+            trust = (self._fit - config.fit_low) / (config.fit_high - config.fit_low)
+            trust = min(max(trust, 0.0), 1.0)
+        if config.prior == 'none' or not trust or not inside.any():
+            return None, None
         if config.prior == 'paper':
             found = paper_terms(
                 prior,
@@ -237,13 +243,10 @@ class Segmenter:
                 unconfirmed=config.paper_edge_factor,
                 strongest=config.contrast + config.paper_weight,
             )
-            return (None, None) if found is None else found
-        trust = 1.0
-        if config.fit_low < config.fit_high:
-            trust = (self._fit - config.fit_low) / (config.fit_high - config.fit_low)
-            trust = min(max(trust, 0.0), 1.0)
-        if config.prior == 'none' or not trust or not inside.any():
-            return None, None
+            if found is None:
+                return None, None
+            odds, psi = found
+            return odds * np.float32(trust == 1), np.float32(trust) * psi
         # Linear in the distance, as PoseCut's (Bray, Kohli, Torr, ECCV 2006).  As steep inside:
         # limbs are thin, so that what hides a leg or where it is a phase ahead is for the
         # likelihood to say.

@@ -142,6 +142,13 @@ def test_a_prior_has_no_say_if_only_the_mask_explains_the_likelihood(
         walk = match(beside, stamp, similarity=similarity)
         mask = segmenter.segment(image, likelihood, walk).mask
     assert bool(mask[80, 88]) == trusted
+    # The paper's takes from them what is far from the template.
+    segmenter = Segmenter(SegmentationConfig(prior='paper', paper_reach=0.12))
+    for stamp in range(1, 40):
+        walk = match(beside, stamp, similarity=similarity)
+        mask = segmenter.segment(image, likelihood, walk).mask
+    left = np.flatnonzero(person()[80])[0] + 1
+    assert bool(mask[80, left]) != trusted
 
 
 def test_a_foot_that_is_hardly_likely_stays_where_the_template_has_one() -> None:
