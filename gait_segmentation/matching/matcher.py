@@ -73,7 +73,7 @@ def check_frame(
     known: NDArray[np.uint8] | None = None,
 ) -> float:
     """
-    Refuse what cannot be used; the parameters are those of :meth:`SequenceMatcher.update`.
+    Refuse what cannot be used; the parameters are those of :meth:`SequenceMatcher.add_frame`.
 
     :returns: the width of the likelihood over that of the source.
     :raises InputError: if a value cannot be used.

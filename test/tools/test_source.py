@@ -111,13 +111,12 @@ def test_a_bag_is_played_with_its_own_stamps_and_a_clock(
     bag = write_bag2(tmp_path / 'walk', {'/camera/image_raw': greys(5)})
     images: list[Image] = []
     ticks: list[int] = []
-    # The clock first: endpoints become known in the order in which they are made, and
-    # gait_source waits for the images' only.
+    # The clock first, and a delay: gait_source waits for the images' subscriber only.
     probe.create_subscription(
         Clock, '/clock', lambda m: ticks.append(m.clock.sec * 10**9 + m.clock.nanosec), 20
     )
     probe.create_subscription(Image, 'image', images.append, 20)
-    process = start(bag, '--keep-stamps', '--clock', '--wait-for', 1)
+    process = start(bag, '--keep-stamps', '--clock', '--wait-for', 1, '--delay', 1)
     spin(probe, lambda: len(images) == 5 and ticks[-1:] == [stamp(4)])
     finish(process)
     assert [stamp_of(message.header) for message in images] == [stamp(n) for n in range(5)]
