@@ -185,7 +185,8 @@ def publish_input(options: argparse.Namespace, node: Node) -> int:
                 stamps.write(f'{frame.number} {stamp_of(message.header)}\n'.encode())
             published += 1
     if node.context.ok():
-        images.wait_for_all_acked(Duration(seconds=_FLOW_OUT_S))
+        for publisher in filter(None, (images, clock)):
+            publisher.wait_for_all_acked(Duration(seconds=_FLOW_OUT_S))
     return published
 
 
