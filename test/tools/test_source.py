@@ -58,7 +58,10 @@ def probe(start: Start) -> Iterator[Any]:
     """Return a node that hears what is published."""
     context = rclpy.Context()
     rclpy.init(context=context)
-    yield rclpy.create_node('probe', context=context)
+    node = rclpy.create_node('probe', context=context)
+    yield node
+    # Else gait_source of the next test may find these subscribers, and begin for them.
+    node.destroy_node()
     rclpy.try_shutdown(context=context)
 
 
@@ -74,9 +77,12 @@ def spin(probe: Any, until: Callable[[], bool]) -> None:
     executor = rclpy.executors.SingleThreadedExecutor(context=probe.context)
     executor.add_node(probe)
     deadline = time.monotonic() + TIMEOUT_S
-    while not until():
-        assert time.monotonic() < deadline
-        executor.spin_once(0.1)
+    try:
+        while not until():
+            assert time.monotonic() < deadline
+            executor.spin_once(0.1)
+    finally:
+        executor.shutdown()
 
 
 @pytest.fixture
