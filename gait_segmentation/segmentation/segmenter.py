@@ -236,12 +236,8 @@ class Segmenter:
                 lab[:, :, 0],
                 body,
                 self._vocabulary,
-                reach=config.paper_reach,
-                depth=config.paper_depth,
-                orientation=config.paper_orientation,
-                search=config.paper_search,
-                unconfirmed=config.paper_edge_factor,
                 strongest=config.contrast + config.paper_weight,
+                **paper_parameters(config),
             )
             if found is None:
                 return None, None
@@ -283,6 +279,17 @@ def vocabulary_of(config: SegmentationConfig) -> Vocabulary:
     :raises VocabularyError: if the configuration names a file that cannot be used.
     """
     return Vocabulary.load(config.vocabulary) if config.vocabulary else default_vocabulary()
+
+
+def paper_parameters(config: SegmentationConfig) -> dict[str, float]:
+    """Return the parameters ``paper_...`` by the names they have in the paper's prior."""
+    return {
+        'reach': config.paper_reach,
+        'depth': config.paper_depth,
+        'orientation': config.paper_orientation,
+        'search': config.paper_search,
+        'unconfirmed': config.paper_edge_factor,
+    }
 
 
 def no_finer(

@@ -124,7 +124,8 @@ def test_every_frame_is_run_from_the_first_box_on_and_late_results_fit_by_stamp(
     assert [outcome.number for outcome in outcomes] == list(range(8))
     assert all(outcome.score.j == 1 for outcome in outcomes)
     assert outcomes[0].timings_ms['total'] == 6
-    assert outcomes[0].score.tracked.iou == outcomes[0].score.placed.iou == 1
+    score = outcomes[0].score
+    assert score.tracked.iou == score.placed.iou == score.matched.iou == 1
     assert lag or all(outcome.seconds == 1 for outcome in outcomes)
 
 

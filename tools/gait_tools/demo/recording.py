@@ -212,16 +212,8 @@ def record(
     source = [f'--{name.replace("_", "-")}={value}' for name, value in reading.items() if value]
     # The delay is for the processes to be done with finding the camera before it starts.
     # All nodes but the matcher read images.
-    source += [
-        '--wait-for',
-        str(len(recording.nodes) - 1),
-        '--delay',
-        '1',
-        '--stamps',
-        str(stamps),
-        '--',
-        str(film.path),
-    ]
+    source += [f'--wait-for={len(recording.nodes) - 1}', '--delay=1', f'--stamps={stamps}']
+    source += ['--', str(film.path)]
     stamps.unlink(missing_ok=True)
     processes.start('gait_source', 'gait_tools.cli.source', *source)
     # disable=None: no bar where stderr is not a terminal.

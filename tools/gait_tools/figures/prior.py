@@ -19,7 +19,7 @@ from gait_segmentation.images import shrink
 from gait_segmentation.paper.prior import ShapeTerms, shape_terms, word_distances, words_of
 from gait_segmentation.paper.vocabulary import Vocabulary
 from gait_segmentation.segmentation import SegmentationConfig
-from gait_segmentation.segmentation.segmenter import window_about
+from gait_segmentation.segmentation.segmenter import paper_parameters, window_about
 from gait_tools.figures.walk import Shot
 from gait_tools.vocabulary_training import word_colours
 
@@ -71,11 +71,7 @@ def steps_of(shot: Shot, config: SegmentationConfig, vocabulary: Vocabulary) -> 
         np.ascontiguousarray(cv2.cvtColor(image, cv2.COLOR_BGR2Lab)[:, :, 0]),
         body,
         vocabulary,
-        reach=config.paper_reach,
-        depth=config.paper_depth,
-        orientation=config.paper_orientation,
-        search=config.paper_search,
-        unconfirmed=config.paper_edge_factor,
+        **paper_parameters(config),
     )
     if terms is None:
         return None
