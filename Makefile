@@ -6,9 +6,10 @@ OUT ?= out
 WORKERS ?= 2
 OLDEST ?= .venv-oldest
 MINUTES ?= 45
+FAULTS ?= 300
 SEED ?= $(shell od -An -N4 -tu4 /dev/urandom | tr -d ' ')
 
-.PHONY: demo overlay film-given test test-oldest fuzz faults lint clean help
+.PHONY: demo overlay film-given test test-oldest fuzz faults mutants lint clean help
 
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
@@ -47,8 +48,11 @@ fuzz: $(VENV)/installed  ## random examples, hostile messages, spoilt files, odd
 	run pipeline $(BIN)/python benchmarks/fuzz_pipeline.py $$limit; \
 	test -z "$$failed" || { echo "make fuzz SEED=$$seed failed:$$failed" >&2; exit 1; }
 
-faults: $(VENV)/installed  ## plant faults, one at a time, and tell which of them no test finds (about an hour)
+faults: $(VENV)/installed  ## plant faults, one at a time, and tell which of them no test finds (half an hour)
 	$(BIN)/python tools/faults.py --jobs $(WORKERS)
+
+mutants: $(VENV)/installed  ## the same of FAULTS mechanical ones (300), drawn anew: SEED=... gives them again
+	$(BIN)/python tools/faults.py --jobs $(WORKERS) --random $(FAULTS) --seed $(SEED) --least 0.85
 
 lint: $(VENV)/installed  ## format, lint and types only
 	$(BIN)/ruff format --check .

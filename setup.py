@@ -37,6 +37,7 @@ TEST = [
     'mcap-ros2-support',
     'mypy',
     'pytest',
+    'pytest-cov',
     'pytest-xdist',
     'ros-jazzy-ament-package',
     'ruff',

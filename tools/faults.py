@@ -127,34 +127,40 @@ class Suite(NamedTuple):
         for name in measured.measured_files():
             lines = measured.contexts_by_lineno(name)
             covers[Path(name).relative_to(tree.resolve()).as_posix()] = {
-                line: {context.partition('::')[0] for context in contexts if context}
+                line: {context.rpartition('|')[0] for context in contexts if context}
                 for line, contexts in lines.items()
             }
         return cls(seconds, covers)
 
     def order(self, fault: Fault, text: str) -> list[str]:
         """Return the tests that are to find a fault, the nearest first."""
-        covers = self.covers.get(fault.file, {})
         lines = statement(text, fault.line(text), fault.line(text) + fault.old.count('\n'))
+        covers = self.covers.get(fault.file, {})
         # Not seen are kernels, processes, and what is done when the file is imported.
-        files = set().union(*(covers.get(line, ()) for line in lines))
+        covering = set().union(*(covers.get(line, ()) for line in lines))
+        files = {file_of(test) for test in covering or self.seconds}
         takes: Counter[str] = Counter()
         for test, seconds in self.seconds.items():
-            takes[test.partition('::')[0]] += seconds
+            takes[file_of(test)] += seconds
         *folders, name = Path(fault.file).with_suffix('').parts[1:]
 
-        def distance(test: str) -> tuple[int, float, str]:
-            file = Path(test.partition('::')[0])
-            near = file.parts[1:-1][:1] == tuple(folders[:1])
-            far = 0 if near and file.stem == f'test_{name}' else 1 if near else 2
-            return far, takes[file.as_posix()], file.as_posix()
+        def distance(test: str) -> tuple[int, float, str, bool, float]:
+            file = file_of(test)
+            near = Path(file).parts[1:-1][:1] == tuple(folders[:1])
+            far = 0 if near and Path(file).stem == f'test_{name}' else 1 if near else 2
+            return far, takes[file], file, test not in covering, self.seconds[test]
 
         left, order = BUDGET_S, []
         for test in sorted(self.seconds, key=distance):
-            if (not files or test.partition('::')[0] in files) and left > 0:
+            if file_of(test) in files and left > 0:
                 left -= self.seconds[test]
                 order.append(test)
         return order
+
+
+def file_of(test: str) -> str:
+    """Return the file of a test: others of it may share what the first one makes."""
+    return test.partition('::')[0]
 
 
 def statement(text: str, first: int, last: int) -> range:
@@ -228,7 +234,7 @@ def judged(fault: Fault, tree: Path, suite: Suite) -> str:
         copy = copied(tree, scratch, fault)
         wanted = copy.with_name('order.json')
         wanted.write_text(json.dumps(order), encoding='utf-8')
-        files = dict.fromkeys(test.partition('::')[0] for test in order)
+        files = dict.fromkeys(map(file_of, order))
         try:
             code = run(copy, [f'--maxfail={BROKEN}', *files], {_ORDER: str(wanted)}, LIMIT_S)
         except subprocess.TimeoutExpired:
