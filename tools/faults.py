@@ -79,6 +79,12 @@ class Fault(NamedTuple):
         """Return the text of the file with it."""
         return text[: self.start] + self.new + text[self.start + len(self.old) :]
 
+    def shown(self, text: str) -> str:
+        """Return its lines, with what it changes between brackets."""
+        begin, end = text.rfind('\n', 0, self.start) + 1, self.start + len(self.old)
+        rest = text[end:].partition('\n')[0]
+        return ' '.join(f'{text[begin : self.start]}[{self.old} -> {self.new}]{rest}'.split())
+
     def line(self, text: str) -> int:
         """Return where it stands, from 1."""
         return text.count('\n', 0, self.start) + 1
@@ -318,9 +324,9 @@ def main() -> int:
         with ThreadPoolExecutor(options.jobs) as threads:
             all_said = threads.map(partial(judged, tree=tree, suite=suite), faults)
             for number, (fault, said) in enumerate(zip(faults, all_said, strict=True), 1):
-                place = f'{fault.file}:{fault.line(read(ROOT / fault.file))}'
-                edit = ' -> '.join(' '.join(each.split()) for each in fault[2:])
-                print(f'{number}/{len(faults)} {place}: {said}: {edit}', flush=True)
+                text = read(tree / fault.file)
+                place = f'{number}/{len(faults)} {fault.file}:{fault.line(text)}'
+                print(f'{place}: {said}: {fault.shown(text)}', flush=True)
                 ends[said] += 1
     share = ends['found'] / max(len(faults), 1)
     others = ''.join(f', {ends[end]} {end}' for end in ('SURVIVED', 'BROKE', 'HUNG'))
