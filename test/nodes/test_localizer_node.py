@@ -167,6 +167,9 @@ def test_boxes_go_on_and_it_is_said_why_nobody_is_located(bench: Bench, capfd) -
     places.depth.publish(depth(30))
     assert len(places.show(30)['person_0/pose']) == 1
     assert (places.node.trouble(), places.node.status()['located']) == ('', '1 of 1')
+    # And as soon as it is not again.
+    places.show(60)
+    assert places.node.trouble().startswith('located: 0 of 1, ')
 
 
 def test_a_rectified_image_has_the_camera_of_p(bench: Bench) -> None:

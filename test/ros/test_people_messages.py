@@ -15,6 +15,7 @@ from geometry_msgs.msg import PoseWithCovariance
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from std_msgs.msg import Header
 
+from gait_segmentation.drawing import track_colour
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.localization import Location
 from gait_segmentation.results import MatchResult, TrackResult
@@ -118,9 +119,12 @@ def test_boxes_and_markers_have_the_colours_of_the_tracks() -> None:
     boxes = boxes_message(people(), HEADER)
     assert (len(boxes.points), len(boxes.outline_colors)) == (16, 8)
     assert [(p.x, p.y) for p in boxes.points[:3]] == [(10, 20), (40, 20), (40, 20)]
-    assert boxes.outline_colors[0] != boxes.outline_colors[4]
+    for colour, track_id in zip(boxes.outline_colors[::4], (7, 9), strict=True):
+        bgr = (255 * colour.b, 255 * colour.g, 255 * colour.r)
+        assert bgr == pytest.approx(track_colour(track_id), abs=1e-3)
     _, body, heading, about = markers_message(people(), HEADER).markers
-    assert body.color.r == boxes.outline_colors[0].r
+    rgb = ('r', 'g', 'b')
+    assert all(getattr(body.color, c) == getattr(boxes.outline_colors[0], c) for c in rgb)
     assert (body.scale.z, heading.scale.x) == (1.75, 1.0)
     assert about.text == '7  4.5 m  1.3 m/s'
 

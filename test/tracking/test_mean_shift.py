@@ -49,7 +49,9 @@ def test_masks_teach_nothing() -> None:
         assert first.box == second.box
 
 
-@pytest.mark.parametrize(('rate', 'low', 'high'), [(-0.008, 0.55, 0.8), (0.008, 1.05, 1.4)])
+@pytest.mark.parametrize(
+    ('rate', 'low', 'high'), [(-0.008, 0.55, 0.8), (0, 0.9, 1.1), (0.008, 1.05, 1.4)]
+)
 def test_the_box_changes_its_size_with_the_person(rate: float, low: float, high: float) -> None:
     made, frame = tracker(), clip()[0]
     box = box_of(frame)
