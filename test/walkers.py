@@ -10,12 +10,8 @@ from functools import cache
 import cv2
 import numpy as np
 
-from benchmarks.synthetic import (
-    SyntheticConfig,
-    SyntheticFrame,
-    SyntheticSequence,
-)
-from gait_segmentation.gait_model import TemplateBank
+from benchmarks.synthetic import SyntheticConfig, SyntheticFrame, SyntheticSequence
+from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.geometry import Box
 from gait_tools.gait_model import BankSpec, build_bank
 
@@ -83,3 +79,10 @@ def apart(one: Box | None, two: Box | None) -> bool:
         return False
     inside = min(one.x, two.x) > 4 and max(one.right, two.right) < 316
     return inside and (one.right + 12 < two.x or two.right + 12 < one.x)
+
+
+def body(size: tuple[int, int] = (30, 60), phase: int = 0) -> np.ndarray:
+    """Return one of the standard bank, (h, w) uint8."""
+    image = default_bank().templates[0, phase]
+    x, y, w, h = cv2.boundingRect(image)
+    return np.where(cv2.resize(image[y : y + h, x : x + w], size) > 127, 255, 0)

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import gc
+import subprocess
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -66,6 +67,14 @@ def frame(index: int, size: tuple[int, int] = (160, 120), first_s: float = 100.0
     left = 30 + 2 * index
     image[20:100, left : left + 24] = (30, 30, 220)
     return image_message(image, header(index, first_s))
+
+
+def finish(process: subprocess.Popen[str], code: int = 0) -> str:
+    """Return what a process has said, having checked that it ended as it should."""
+    output, _ = process.communicate(timeout=TIMEOUT_S)
+    assert process.returncode == code, output
+    assert 'Traceback' not in output
+    return output
 
 
 class Bench:

@@ -19,7 +19,7 @@ from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from sensor_msgs.msg import Image
 
-from test.nodes.bench import TIMEOUT_S, Bench
+from test.nodes.bench import Bench, finish
 
 ROOT = Path(__file__).parents[2]
 
@@ -47,14 +47,6 @@ def start() -> Iterator[Start]:
     for process in started:
         process.kill()
         process.communicate()
-
-
-def finish(process: subprocess.Popen[str], code: int = 0) -> str:
-    """Return what a process has said, having checked that it ended as it should."""
-    output, _ = process.communicate(timeout=TIMEOUT_S)
-    assert process.returncode == code, output
-    assert 'Traceback' not in output
-    return output
 
 
 @pytest.mark.parametrize(

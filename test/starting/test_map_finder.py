@@ -9,16 +9,10 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.starting.blobs import BodyShapes
 from gait_segmentation.starting.map_finder import MapFinder
+from test.walkers import body
 
 SOURCE = (240, 320)
 SHAPES = BodyShapes(default_bank())
-
-
-def body(size=(30, 60), phase=0):
-    """Return a template, (h, w) uint8."""
-    template = default_bank().templates[0, phase]
-    x, y, w, h = cv2.boundingRect(template)
-    return np.where(cv2.resize(template[y : y + h, x : x + w], size) > 127, 255, 0)
 
 
 def heat(number, *regions, trust=1.0):

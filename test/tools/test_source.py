@@ -24,9 +24,9 @@ from sensor_msgs.msg import Image
 from gait_segmentation.streams.fields import stamp_of
 from gait_tools.cli.source import Pace, main
 from test.inputs.bags import greys, stamp, write_bag2
+from test.nodes.bench import TIMEOUT_S, finish
 
 ROOT = Path(__file__).parents[2]
-TIMEOUT_S = 60.0
 # Of what rclpy imports with its first node.
 pytestmark = pytest.mark.filterwarnings('ignore::DeprecationWarning')
 
@@ -63,14 +63,6 @@ def probe(start: Start) -> Iterator[Any]:
     # Else gait_source of the next test may find these subscribers, and begin for them.
     node.destroy_node()
     rclpy.try_shutdown(context=context)
-
-
-def finish(process: subprocess.Popen[str], code: int = 0) -> str:
-    """Return what the command has said, having checked that it ended as it should."""
-    output, _ = process.communicate(timeout=TIMEOUT_S)
-    assert process.returncode == code, output
-    assert 'Traceback' not in output
-    return output
 
 
 def spin(probe: Any, until: Callable[[], bool]) -> None:

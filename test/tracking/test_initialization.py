@@ -29,7 +29,7 @@ from test.tracking.figures import (
     step,
     walk,
 )
-from test.walkers import small_bank
+from test.walkers import body, small_bank
 
 ON_TRIAL = 77
 """Frames until it is settled whether somebody found is a person."""
@@ -226,13 +226,6 @@ def test_people_are_found_in_the_heat_map_of_a_frame_and_not_in_a_late_one() -> 
 
 
 SOURCE = (240, 320)
-
-
-def body(size=(30, 60), phase=0):
-    """Return a template, (h, w) uint8."""
-    template = default_bank().templates[0, phase]
-    x, y, w, h = cv2.boundingRect(template)
-    return np.where(cv2.resize(template[y : y + h, x : x + w], size) > 127, 255, 0)
 
 
 @pytest.mark.parametrize(

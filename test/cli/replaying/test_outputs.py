@@ -17,12 +17,7 @@ import pytest
 
 from gait_segmentation.cli.replay import main
 from gait_segmentation.cli.replaying.bag_output import BagOutput
-from gait_segmentation.cli.replaying.outputs import (
-    About,
-    CsvOutput,
-    MasksOutput,
-    OverlayOutput,
-)
+from gait_segmentation.cli.replaying.outputs import About, CsvOutput, MasksOutput, OverlayOutput
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.inputs import open_input
 from test.cli.replaying.results import replayed

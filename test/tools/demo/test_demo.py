@@ -99,7 +99,7 @@ def test_everything_is_written(demo: Demo, film, tmp_path: Path) -> None:
     assert f'{FRAMES} frames played, {FRAMES} answered, {FRAMES} with a silhouette' in output
     shown = re.findall(r'(?m)^(/.*?)  ', output)
     assert {Path(each).relative_to(out).name for each in shown} == {
-        *('contact_sheet.png', 'overlay.mp4', 'animation.webp', 'masks'),
+        *('contact_sheet.png', 'overlay.mp4', 'animation.webp', 'masks')
     }
     assert all(Path(each).exists() for each in shown)
     names = sorted(path.name for path in (out / 'masks').iterdir())
