@@ -6,11 +6,7 @@ from dataclasses import FrozenInstanceError, dataclass, field, replace
 
 import pytest
 
-from gait_segmentation.config import (
-    StageConfig,
-    overridden,
-    parameter,
-)
+from gait_segmentation.config import StageConfig, overridden, parameter
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 
 

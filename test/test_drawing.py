@@ -5,14 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from gait_segmentation.drawing import (
-    view_word,
-)
+from gait_segmentation.drawing import view_word
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.pictures import (
-    matching_picture,
-    segmentation_picture,
-)
+from gait_segmentation.pictures import matching_picture, segmentation_picture
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.segmentation import PeopleMasks
 

@@ -22,9 +22,7 @@ from launch.actions import (
     SetLaunchConfiguration,
 )
 from launch.event_handlers import OnProcessExit
-from launch.launch_description_sources import (
-    get_launch_description_from_python_launch_file,
-)
+from launch.launch_description_sources import get_launch_description_from_python_launch_file
 from launch.substitutions import TextSubstitution
 from launch_ros.actions import Node
 from launch_ros.utilities import evaluate_parameters
@@ -98,11 +96,7 @@ def test_arguments_that_cannot_be_used_are_refused(name: str, value: str, reason
 
 
 @pytest.mark.parametrize(
-    ('wrong', 'meant'),
-    [
-        ('max_poeple', 'max_people'),
-        ('use_simtime', 'use_sim_time'),
-    ],
+    ('wrong', 'meant'), [('max_poeple', 'max_people'), ('use_simtime', 'use_sim_time')]
 )
 def test_a_misspelt_argument_is_a_warning_with_the_one_that_is_meant(
     wrong: str, meant: str, monkeypatch

@@ -271,10 +271,7 @@ def part(depth: np.ndarray, seen: np.ndarray) -> None:
 
 @pytest.mark.parametrize(
     ('spoil', 'why'),
-    [
-        (NOTHING, 'no depth on the body'),
-        (part, r'depth on 1\d % of the body only'),
-    ],
+    [(NOTHING, 'no depth on the body'), (part, r'depth on 1\d % of the body only')],
 )
 def test_it_is_said_why_depth_locates_nobody(spoil, why: str) -> None:
     shot, about, mask, model, _ = first()

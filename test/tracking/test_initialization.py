@@ -46,12 +46,7 @@ class Finder:
         self.wanted = True
 
     def update(
-        self,
-        scene: Scene,
-        occupied: Sequence[Box],
-        *,
-        tried: Sequence[Box],
-        wanted: bool,
+        self, scene: Scene, occupied: Sequence[Box], *, tried: Sequence[Box], wanted: bool
     ) -> list[Box]:
         self.asked.append(list(occupied))
         self.tried = list(tried)

@@ -28,10 +28,7 @@ PERSON, OTHER = body() > 0, body(80) > 0
 
 
 def evidence(
-    heat: np.ndarray | None,
-    trust: float = 1.0,
-    age: int = 0,
-    moved: tuple[int, int] = (0, 0),
+    heat: np.ndarray | None, trust: float = 1.0, age: int = 0, moved: tuple[int, int] = (0, 0)
 ) -> np.ndarray | None:
     """Return what a map, so many frames old, says of somebody who moved since, in the image."""
     frame = SimpleNamespace(heat=heat, heat_trust=trust, heat_frames=age)
