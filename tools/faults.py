@@ -18,7 +18,7 @@ first, and is
 * found if a test fails by an assertion that passes without the fault;
 * survived if none fails;
 * broke if they only fail by other exceptions, or do not even start: that nobody looks at a result
-  is what such a fault tells;
+  is what such a fault tells, and of those that are drawn it is not counted;
 * hung if they do not end.
 
 Works on copies of the tree, so that neither its files nor its compiled kernels change.  Exit code
