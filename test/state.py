@@ -53,3 +53,8 @@ def _parts(value: Any, left_out: frozenset[str]) -> Iterator[tuple[str, Any]]:
             # What is worked out when it is asked for is nothing new.
             if name not in left_out and not isinstance(getattr(kind, name, None), cached_property):
                 yield f'.{name}', each
+
+
+def differences(one: dict[str, Any], two: dict[str, Any]) -> list[str]:
+    """Return the ways to what differs between two memories."""
+    return sorted(way for way in {*one, *two} if one.get(way) != two.get(way))

@@ -20,7 +20,7 @@ from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
 from gait_segmentation.results import Feedback
 from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
-from test.state import remembered
+from test.state import differences, remembered
 from test.walkers import box_of, clip, couple, overlap, small_bank
 
 PAPER = PipelineConfig(
@@ -69,10 +69,6 @@ def told(result: FrameResult, later_ns: int = 0) -> dict[str, Any]:
     for way in [each for each in known if each.endswith('stamp_ns')]:
         known[way] = int(known[way]) - later_ns
     return known
-
-
-def differences(one: dict[str, Any], two: dict[str, Any]) -> list[str]:
-    return sorted(way for way in {*one, *two} if one.get(way) != two.get(way))
 
 
 @pytest.mark.parametrize('name', CONFIGS)

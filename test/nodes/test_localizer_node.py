@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from sensor_msgs.msg import CameraInfo, Image, JointState
+from std_srvs.srv import Trigger
 from visualization_msgs.msg import ImageMarker, Marker, MarkerArray
 
 from gait_segmentation.geometry import BodyFrame
@@ -19,6 +20,7 @@ from gait_segmentation.nodes.localizer_node import LocalizerNode
 from gait_segmentation.ros.endpoints import BEST_EFFORT
 from gait_segmentation.ros.messages import box_message, image_message
 from test.nodes.bench import Bench, header
+from test.state import differences, remembered
 
 SIZE = (160, 120)
 OUTPUTS = {
@@ -167,6 +169,26 @@ def test_boxes_go_on_and_it_is_said_why_nobody_is_located(bench: Bench, capfd) -
     places.depth.publish(depth(30))
     assert len(places.show(30)['person_0/pose']) == 1
     assert (places.node.trouble(), places.node.status()['located']) == ('', '1 of 1')
+    # And told again as soon as it is not.
+    assert places.show(60)['person_0/pose'] == []
+    assert places.node.trouble().startswith('located: 0 of 1')
+
+
+def test_a_bag_that_loops_gives_the_same_again_and_a_reset_leaves_nothing(bench: Bench) -> None:
+    places = Places(bench, info())
+    about = 'statistics', 'warnings', 'backlog', 'join', '_info', '_located_text', '_depths'
+    before, rounds = remembered(places.node, *about), []
+    for _ in range(2):
+        rounds.append([])
+        for index in range(0, 40, 3):
+            places.depth.publish(depth(index))
+            rounds[-1].append(places.show(index))
+    assert rounds[0] == rounds[1]
+    assert 'speed' in rounds[0][-1]['person_0/walk'][0].name
+    assert places.node.trouble() == ''
+    bench.call(Trigger, 'gait_localizer/reset', Trigger.Request())
+    bench.settle()
+    assert differences(before, remembered(places.node, *about)) == []
 
 
 def test_a_rectified_image_has_the_camera_of_p(bench: Bench) -> None:
