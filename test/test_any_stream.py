@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from dataclasses import replace
 from typing import Any
 
@@ -185,3 +186,16 @@ def test_masks_that_come_late_teach_what_they_teach_as_soon_as_they_come() -> No
     assert len(found) == len(film) - lag
     for mask, result in zip(found, results, strict=True):
         np.testing.assert_array_equal(mask, result.mask)
+
+
+def test_what_is_remembered_does_not_grow() -> None:
+    """Somebody who walks to and fro, beside heat maps."""
+    pipe, film, sizes = Pipeline(CONFIGS['late'], small_bank()), clip(), []
+    pipe.initialize(box_of(film[0]))
+    for number in range(96):
+        frame = film[number % 16 if number // 16 % 2 == 0 else -1 - number % 16]
+        stamp_ns = 10**9 + number * 40_000_000
+        pipe.update(frame.image, stamp_ns, heat_map=frame.masks[0])
+        if number in (69, 95):
+            sizes.append(len(pickle.dumps(list(remembered(pipe).values()))))
+    assert sizes[1] < 1.03 * sizes[0]

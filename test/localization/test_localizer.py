@@ -143,9 +143,7 @@ def test_what_is_seen_in_a_mirror_is_on_the_other_side_and_when_it_is_does_not_m
     for later_ns, track_id in ((year_ns, 5), (0, 5)):
         for number, (shot, about, mask) in enumerate(jittered(walked('arc', 'high'))):
             body = about.body
-            there = BodyFrame(
-                model.width - body.center_x, body.center_y, body.height, -body.angle
-            )
+            there = BodyFrame(model.width - body.center_x, body.center_y, body.height, -body.angle)
             seen = dataclasses.replace(
                 about,
                 body=there,

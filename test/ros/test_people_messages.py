@@ -120,7 +120,10 @@ def test_boxes_and_markers_have_the_colours_of_the_tracks() -> None:
     assert (len(boxes.points), len(boxes.outline_colors)) == (16, 8)
     assert [(p.x, p.y) for p in boxes.points[:3]] == [(10, 20), (40, 20), (40, 20)]
     _, body, heading, about = markers_message(people(), HEADER).markers
-    for track_id, colours in ((7, [body.color, *boxes.outline_colors[:4]]), (9, boxes.outline_colors[4:])):
+    for track_id, colours in (
+        (7, [body.color, *boxes.outline_colors[:4]]),
+        (9, boxes.outline_colors[4:]),
+    ):
         for each in colours:
             known = [255 * each.b, 255 * each.g, 255 * each.r]
             assert known == pytest.approx(track_colour(track_id), abs=0.01)
