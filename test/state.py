@@ -4,8 +4,7 @@
 
 from __future__ import annotations
 
-from collections import Counter, deque
-from collections.abc import Iterator
+from collections import deque
 from enum import Enum
 from functools import cached_property
 from typing import Any
@@ -21,38 +20,35 @@ def remembered(value: Any, *left_out: str) -> dict[str, Any]:
 
     :param left_out: names of attributes that do not count, at any depth.
     """
-    return dict(_reached(value, '', frozenset(left_out), []))
+    found: dict[str, Any] = {}
 
-
-def _reached(
-    value: Any, way: str, left_out: frozenset[str], above: list[int]
-) -> Iterator[tuple[str, Any]]:
-    if isinstance(value, np.ndarray):
-        yield way, (value.shape, str(value.dtype), value.tobytes())
-    elif value is None or isinstance(value, bool | int | float | str | bytes | Enum | slice):
-        yield way, repr(value)
-    elif id(value) in above:
-        yield way, 'above'
-    else:
-        for name, part in _parts(value, left_out):
-            yield from _reached(part, f'{way}{name}', left_out, [*above, id(value)])
-        yield f'{way}?', type(value).__name__
-
-
-def _parts(value: Any, left_out: frozenset[str]) -> Iterator[tuple[str, Any]]:
-    """Return the parts of a container, or the attributes of an object of the package."""
-    kind = type(value)
-    if isinstance(value, dict | Counter):
-        yield from ((f'[{key!r}]', each) for key, each in value.items())
-    elif isinstance(value, list | tuple | deque):
-        yield from ((f'[{number}]', each) for number, each in enumerate(value))
-    elif isinstance(value, set | frozenset):
-        yield from ((f'[{number}]', each) for number, each in enumerate(sorted(value)))
-    elif kind.__module__.startswith('gait_segmentation.'):
-        for name, each in getattr(value, '__dict__', {}).items():
+    def reach(each: Any, way: str, above: tuple[int, ...]) -> None:
+        kind, parts = type(each), {}
+        if isinstance(each, np.ndarray):
+            found[way] = each.shape, str(each.dtype), each.tobytes()
+            return
+        if each is None or isinstance(each, bool | int | float | str | bytes | Enum | slice):
+            found[way] = repr(each)
+            return
+        if isinstance(each, dict):
+            parts = {f'[{key!r}]': part for key, part in each.items()}
+        elif isinstance(each, list | tuple | deque | set):
+            ordered = sorted(each) if isinstance(each, set) else each
+            parts = {f'[{number}]': part for number, part in enumerate(ordered)}
+        elif kind.__module__.startswith('gait_segmentation.'):
             # What is worked out when it is asked for is nothing new.
-            if name not in left_out and not isinstance(getattr(kind, name, None), cached_property):
-                yield f'.{name}', each
+            parts = {
+                f'.{name}': part
+                for name, part in getattr(each, '__dict__', {}).items()
+                if name not in left_out and not isinstance(vars(kind).get(name), cached_property)
+            }
+        found[f'{way}?'] = kind.__name__
+        if id(each) not in above:
+            for name, part in parts.items():
+                reach(part, way + name, (*above, id(each)))
+
+    reach(value, '', ())
+    return found
 
 
 def differences(one: dict[str, Any], two: dict[str, Any]) -> list[str]:

@@ -109,9 +109,9 @@ def mirrored(frame: SyntheticFrame) -> SyntheticFrame:
 
 
 def leaning(frame: SyntheticFrame) -> SyntheticFrame:
-    """Return a frame turned by 15 degrees, so that heads are to the right."""
+    """Return a frame turned by 25 degrees, so that heads are to the right."""
     (height, width), mask = frame.masks[0].shape, frame.masks[0]
-    turn = cv2.getRotationMatrix2D((width / 2 - 0.5, height / 2 - 0.5), -15, 1)
+    turn = cv2.getRotationMatrix2D((width / 2 - 0.5, height / 2 - 0.5), -25, 1)
     image = cv2.warpAffine(frame.image, turn, (width, height), borderMode=cv2.BORDER_REFLECT)
     mask = np.asarray(cv2.warpAffine(mask, turn, (width, height), flags=cv2.INTER_NEAREST))
     return replace(frame, image=np.asarray(image), masks=(mask,), boxes=(Box.around(mask),))
@@ -133,17 +133,18 @@ def test_a_mirrored_film_gives_mirrored_results(name: str, change: Any) -> None:
         played(Pipeline(CONFIGS[name], small_bank()), frames)
         for frames in (film, tuple(map(mirrored, film)))
     ]
-    for one, two in zip(*pairs, strict=True):
-        assert overlap(one.mask, two.mask[:, ::-1]) > 0.9
+    # At first the lean is found in turned pixels, which are not those of the mirror.
+    for one, two in list(zip(*pairs, strict=True))[4:]:
+        assert overlap(one.mask, two.mask[:, ::-1]) > 0.93
         here, there = one.people[0], two.people[0]
         width = one.mask.shape[1]
-        assert there.track.body.height == pytest.approx(here.track.body.height, rel=0.01)
-        assert width - there.match.body.center_x == pytest.approx(here.match.body.center_x, abs=2)
-        assert there.track.angle == pytest.approx(-here.track.angle, abs=0.02)
-        assert there.match.body.angle == pytest.approx(-here.match.body.angle, abs=0.02)
+        assert there.track.body.height == pytest.approx(here.track.body.height, rel=0.02)
+        assert width - there.match.body.center_x == pytest.approx(here.match.body.center_x, abs=3)
+        assert there.track.angle == pytest.approx(-here.track.angle, abs=0.03)
+        assert there.match.body.angle == pytest.approx(-here.match.body.angle, abs=0.03)
         # Who walks to the left shows the other leg.
         off = there.match.phase - here.match.phase - 0.5
-        assert math.remainder(off, 1.0) == pytest.approx(0, abs=0.02)
+        assert math.remainder(off, 1.0) == pytest.approx(0, abs=0.06)
         # From the front and from behind silhouettes are alike.
         ahead, back = (np.exp(1j * each.match.azimuth) for each in (here, there))
         across_and_along = (-ahead.real, abs(ahead.imag))

@@ -118,17 +118,6 @@ def test_another_image_size_resets_and_the_stream_goes_on(graph: Graph) -> None:
     assert masks(graph.track(5, 2))[0].any()
 
 
-def test_a_stamp_that_goes_back_resets_and_the_stream_goes_on(graph: Graph) -> None:
-    graph.track(0, 3)
-    earlier = [frame(index, first_s=10.0) for index in range(3)]
-    assert not any(mask.any() for mask in masks(graph.feed(*earlier)))
-    assert 'time' in graph.warnings
-    graph.start()
-    new = graph.feed(*(frame(index, first_s=11.0) for index in range(2)))
-    assert all(mask.any() for mask in masks(new))
-    assert new['person_0/box'][0].polygon.id == 2
-
-
 def test_stale_frames_are_dropped_and_counted_and_the_track_goes_on(graph: Graph) -> None:
     graph.track(0, 4)
     for index in (2, 3, 1):
