@@ -149,7 +149,7 @@ def test_a_mirrored_film_gives_mirrored_results(name: str, change: Any) -> None:
         ahead, back = (np.exp(1j * each.match.azimuth) for each in (here, there))
         across_and_along = (-ahead.real, abs(ahead.imag))
         assert (back.real, abs(back.imag)) == pytest.approx(across_and_along, abs=0.1)
-        assert there.match.phase_rate == pytest.approx(here.match.phase_rate, abs=0.03)
+        assert there.match.phase_rate == pytest.approx(here.match.phase_rate, abs=0.06)
     assert (here.track.angle > 0.2) == (change is leaning)
 
 
