@@ -183,9 +183,10 @@ def test_masks_that_come_late_teach_what_they_teach_as_soon_as_they_come() -> No
             found.append(masks.mask.copy())
             body, prior = match.body, match.shape_prior
             tracker.learn([Feedback(past.stamp_ns, 1, masks.mask, body, prior)])
-    results = played(Pipeline(CONFIGS['late'], small_bank()), film)[: len(found)]
+    results = played(Pipeline(CONFIGS['late'], small_bank()), film)
+    assert [each.stamp_ns for each in results] == [frame.stamp_ns for frame in film]
     assert len(found) == len(film) - lag
-    for mask, result in zip(found, results, strict=True):
+    for mask, result in zip(found, results, strict=False):
         np.testing.assert_array_equal(mask, result.mask)
 
 
