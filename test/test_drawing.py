@@ -4,28 +4,17 @@ import math
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
-from gait_segmentation.drawing import view_word
+from gait_segmentation.drawing import track_colour, view_word
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.pictures import matching_picture, segmentation_picture
+from gait_segmentation.pictures import matching_picture, segmentation_picture, tracking_picture
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.segmentation import PeopleMasks
-
-GREEN = (0, 255, 0)
-
-
-def grey(height, width):
-    return np.full((height, width, 3), 90, np.uint8)
 
 
 def is_green(pixel):
     return pixel[1] > 200 and pixel[0] < 100 and pixel[2] < 100
-
-
-def square(height, width, top, left, size):
-    mask = np.zeros((height, width), np.uint8)
-    mask[top : top + size, left : left + size] = 255
-    return mask
 
 
 def changed(image, before=90):
@@ -62,7 +51,23 @@ def test_both_boxes_are_drawn_where_the_source_has_them() -> None:
     assert is_red(picture[60, 36])
     assert is_green(picture[60, 42])
     assert (segmentation_picture(IMAGE, masks, [NOBODY, NOBODY]) == IMAGE).all()
-    assert (segmentation_picture(IMAGE, masks, [SOMEBODY, NOBODY]) != IMAGE).any()
+
+
+def test_a_person_is_tinted_in_the_colour_of_the_track_and_what_is_known_is_written() -> None:
+    assert is_green(track_colour(1))
+    assert is_red(track_colour(2))
+    masks = PeopleMasks((SegmentationResult(5, 1, LARGE, ''),) * 2, LARGE, LARGE)
+    likely = TrackResult(5, 1, Box(40.5, 20.5, 30, 80), SMALL, 0.9)
+    assert tracking_picture(IMAGE, [likely])[60, 55].tolist() == [60, 60, 255]
+    plain = segmentation_picture(IMAGE, masks, [SOMEBODY, NOBODY])
+    assert plain[60, 55] == pytest.approx(0.75 * 60 + 0.25 * np.array(track_colour(1)), abs=1)
+    assert (plain[110:] == 60).all()
+    for change in ({'phase': 0.5}, {'azimuth': math.pi / 2}):
+        other = segmentation_picture(IMAGE, masks, [replace(SOMEBODY, **change), NOBODY])
+        rows, columns = np.nonzero(changed(other, plain))
+        # Above the box.
+        assert 0 < rows.max() < 20
+        assert columns.min() > 40
 
 
 def test_where_somebody_walks_is_said_in_words() -> None:

@@ -49,16 +49,6 @@ def test_a_walker_is_segmented_from_the_first_box_alone() -> None:
     assert np.mean(scores[-5:]) > 0.85
 
 
-def test_a_lag_delays_but_loses_no_frame() -> None:
-    pipe = started(lag=3)
-    counts = [len(pipe.update(frame.image, frame.stamp_ns)) for frame in clip()[:8]]
-    assert counts == [0, 0, 0, 1, 1, 1, 1, 1]
-    assert len(pipe.flush()) == 3
-    results = run(lag=3)
-    assert [each.stamp_ns for each in results] == [frame.stamp_ns for frame in clip()]
-    assert overlap(results[-1].mask, clip()[-1].truths[0]) > 0.7
-
-
 def test_nobody_gives_empty_results() -> None:
     [frame] = pipeline().update(clip()[0].image, 5)
     [result] = frame.people

@@ -132,6 +132,41 @@ def test_without_depth_for_long_the_ground_says_it_and_without_that_nothing() ->
     assert at(5.1, None, CameraPose.above_ground(0.0)) is None
 
 
+def test_what_is_seen_in_a_mirror_is_on_the_other_side_and_when_it_is_does_not_matter() -> None:
+    model, pose = CAMERAS['high']
+    other = dataclasses.replace(model, cx=model.width - 1 - model.cx)
+    one, two = Localizer(), Localizer()
+    # It was another walk before, of the same person or another one: nothing of it is left.
+    for shot, about, mask in walked('across', 'level'):
+        two.update([about], [mask], *CAMERAS['level'], shot.depth)
+    side, year_ns = np.array([-1, 1, 1]), 365 * 86_400 * 10**9
+    for later_ns, track_id in ((year_ns, 5), (0, 5)):
+        for number, (shot, about, mask) in enumerate(jittered(walked('arc', 'high'))):
+            body = about.body
+            there = BodyFrame(model.width - body.center_x, body.center_y, body.height, -body.angle)
+            seen = dataclasses.replace(
+                about,
+                body=there,
+                azimuth=math.pi - about.azimuth,
+                stamp_ns=about.stamp_ns + later_ns,
+                track_id=track_id,
+            )
+            # At last by prediction and then by the ground.
+            depths = [shot.depth, shot.depth[:, ::-1]] if number < 25 else [None, None]
+            (here,) = one.update([about], [mask], model, pose, depths[0])
+            (found,) = two.update([seen], [mask[:, ::-1]], other, pose, depths[1])
+            # Not the same pixels of a body are looked at.
+            np.testing.assert_allclose(found.position, side * here.position, atol=0.02)
+            np.testing.assert_allclose(found.heading, side * here.heading, atol=0.05)
+            turned = side[:, None] * here.covariance * side
+            np.testing.assert_allclose(found.covariance, turned, rtol=0.1, atol=1e-4)
+            assert math.remainder(found.yaw + here.yaw, 2 * math.pi) == pytest.approx(0, abs=0.05)
+            assert found.source == here.source
+            assert (found.speed is None) == (here.speed is None)
+            assert (found.speed or 0) == pytest.approx(here.speed or 0, abs=0.02)
+        one.reset()
+
+
 def mixed(depth: np.ndarray, seen: np.ndarray) -> None:
     """At the outline a depth camera mixes what is before and behind."""
     inside = cv2.erode(seen.astype(np.uint8), np.ones((3, 3), np.uint8))

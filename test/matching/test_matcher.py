@@ -13,6 +13,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig, SequenceMatcher
 from gait_tools.gait_model import BankSpec, build_bank
 from gait_tools.gait_model.render import render_silhouette
+from test.state import differences, remembered
 
 SIZE = (150, 130)  # width, height
 HEIGHT, FPS, RATE = 80.0, 20, 1.0
@@ -47,9 +48,9 @@ def walk(azimuth, frames, shift=0, noise=0.0):
 
 
 def run(matcher, frames, **more):
-    results = []
+    about, results = {'track_id': 1, 'source_size': SIZE, **more}, []
     for stamp, _, image, box in frames:
-        results += matcher.add_frame(image, box, stamp, track_id=1, source_size=SIZE, **more)
+        results += matcher.add_frame(image, box, stamp, **about)
     return results
 
 
@@ -182,16 +183,26 @@ def test_a_tilted_body_is_sampled_upright(bank):
     assert (prior & image).sum() / (prior | image).sum() > 0.8
 
 
-def test_another_person_or_a_long_pause_begins_anew_and_nothing_seen_is_not_believed(bank):
-    frames = list(walk(0.0, 8))
-    matcher, other = SequenceMatcher(bank, config()), SequenceMatcher(bank, config())
-    run(matcher, frames[:6])
-    stamp, _, image, box = frames[6]
+@pytest.mark.parametrize(('track_id', 'pause'), [(2, 0), (1, 5 * 10**9)])
+@pytest.mark.parametrize('lag', [0, 3])
+def test_another_person_or_a_long_pause_leaves_nothing_of_what_was(bank, track_id, pause, lag):
+    used, fresh = (SequenceMatcher(bank, config(lag=lag)) for _ in range(2))
+    before = [(stamp - 10**9 // 2, *rest) for stamp, *rest in walk(math.pi, 9, noise=0.1)]
+    later = [(stamp + pause, *rest) for stamp, *rest in walk(0.3, 9)]
+    first = run(used, before)
+    results, expected = (
+        run(each, later, track_id=track_id) + each.flush() for each in (used, fresh)
+    )
+    # With a lag they tell the rest of what was before.
+    results = results[len(before) - len(first) :]
+    assert len(results) == len(expected) == 9
+    for one, two in zip(results, expected, strict=True):
+        assert differences(remembered(one), remembered(two)) == []
+
+
+def test_nothing_seen_is_not_believed(bank):
+    stamp, _, image, box = next(walk(0.0, 1))
     given = {'box': box, 'track_id': 2, 'source_size': SIZE}
-    (fresh,) = other.add_frame(image, stamp_ns=stamp, **given)
-    for later in (stamp, stamp + 10**10):
-        (found,) = matcher.add_frame(image, stamp_ns=later, **given)
-        assert (found.phase, found.phase_rate) == (fresh.phase, fresh.phase_rate)
     (result,) = SequenceMatcher(bank, config()).add_frame(image * 0, stamp_ns=stamp, **given)
     assert (result.similarity, result.confidence) == (0, 0)
     assert (result.placement.dx, result.placement.dy, result.placement.scale) == (0, 0, 1)

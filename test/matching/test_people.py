@@ -86,18 +86,6 @@ def test_a_frame_that_cannot_be_used_is_skipped_in_all_slots(door, threads, monk
     assert one.stamp_ns == two.stamp_ns == clip(pan=0.0)[2].stamp_ns
 
 
-def test_a_stamp_that_goes_back_needs_a_reset() -> None:
-    matcher = people(lag=3)
-    for index in (4, 5):
-        assert matcher.update(tracks(index, True, True), source_size=SIZE) == []
-    for index in (5, 0):
-        with pytest.raises(InputError, match='must increase'):
-            matcher.update(tracks(index, True, True), source_size=SIZE)
-    matcher.reset()
-    assert matcher.update(tracks(0, True, True), source_size=SIZE) == []
-    assert [each[0].stamp_ns for each in matcher.flush()] == [clip(pan=0.0)[0].stamp_ns]
-
-
 def crossed(index: int, front: str) -> list[TrackResult]:
     """Return a walker half hidden by another one, who stands nearer, and that one."""
     frame = clip(pan=0.0)[index]

@@ -79,18 +79,7 @@ def test_likelihoods_wait_for_a_size_that_somebody_publishes(bench: Bench) -> No
     assert [m.header for m in bench.received['person_0/gait']] == [header(1), header(2)]
 
 
-def test_with_a_lag_all_come_in_the_end(bench: Bench) -> None:
-    door = Door(bench, **{'matching.lag': 2})
-    for index in range(4):
-        door.publish(index, 1.0)
-    door.wait(2)
-    door.node.trigger_deactivate()
-    door.wait(4)
-    headers = [m.header for m in bench.received['person_0/gait']]
-    assert headers == [header(index) for index in range(4)]
-
-
-@pytest.mark.parametrize('ends', ['jump', 'reset', 'parameter'])
+@pytest.mark.parametrize('ends', ['jump', 'reset', 'deactivated', 'parameter'])
 def test_what_the_lag_holds_back_comes_before_the_paths_end(bench: Bench, ends) -> None:
     door = Door(bench, **{'matching.lag': 2})
     for index in range(4):
@@ -100,6 +89,8 @@ def test_what_the_lag_holds_back_comes_before_the_paths_end(bench: Bench, ends) 
         door.publish(-60, 1.0)
     elif ends == 'reset':
         door.node.later(door.node.reset)
+    elif ends == 'deactivated':
+        door.node.trigger_deactivate()
     else:
         (result,) = door.node.set_parameters([Parameter('matching.view_cost', value=0.2)])
         assert result.successful

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from itertools import count
 from typing import Any
 
-import numpy as np
 import pytest
 import rclpy
 from geometry_msgs.msg import PolygonInstanceStamped
@@ -19,19 +18,15 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Image, RegionOfInterest
 
-from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.pipeline_node import PipelineNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.ros import lifecycle
 from gait_segmentation.ros.diagnostics import missing_input
-from gait_segmentation.ros.messages import image_message
 from test.nodes.bench import DEEP, Bench, frame, header
-from test.walkers import box_of, clip
 
 BOX = [30.0, 20.0, 24.0, 80.0]
-LOOPS = 2
 CYCLES = 20
 
 
@@ -103,29 +98,6 @@ def test_of_a_flood_of_boxes_no_more_start_than_there_are_slots(bench: Bench) ->
     found = (bench.received['person_0/box'][0], others[0])
     assert [message.polygon.id for message in found] == [1, 2]
     assert node.status()['people'] == '2'
-
-
-def test_a_bag_that_is_looped_begins_anew_each_time(bench: Bench) -> None:
-    box = box_of(clip()[0])
-    node = bench.add(PipelineNode, initial_box=[box.x, box.y, box.width, box.height])
-    bench.record_outputs()
-    camera = bench.publisher(Image, 'image', 1)
-    # Longer than the second up to which a step back is a stale frame.
-    frames = [image_message(each.image, header(9 * n)) for n, each in enumerate(clip()[:5])]
-    for _ in range(LOOPS):
-        bench.feed(camera, frames)
-    assert node.statistics.failed == 0
-    masks = [read_mono8(message) for message in bench.received['mask']]
-    stamps = [message.header.stamp for message in bench.received['mask']]
-    assert len(masks) == LOOPS * len(frames)
-    assert stamps == [message.header.stamp for message in frames] * LOOPS
-    assert all(mask.any() for mask in masks)
-    for loop in range(1, LOOPS):
-        for first, again in zip(masks, masks[loop * len(frames) :], strict=False):
-            np.testing.assert_array_equal(first, again)
-    ids = [message.polygon.id for message in bench.received['person_0/box']]
-    assert ids == sorted(ids)
-    assert len(set(ids)) == LOOPS
 
 
 def test_a_node_that_is_started_again_joins_the_others(bench: Bench) -> None:

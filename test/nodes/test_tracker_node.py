@@ -287,17 +287,3 @@ def test_heat_maps_start_tracks(bench: Bench) -> None:
     assert node.status()['heat map'] == 'in use'
     bench.feed(camera, [frame(60)])
     assert node.status()['heat map'] == 'none'
-
-
-def test_somebody_lost_keeps_the_id_and_has_no_box(bench: Bench) -> None:
-    node = bench.add(TrackerNode, initial_box=BOX)
-    bench.record_outputs('person_0/box', 'person_0/likelihood')
-    camera = bench.publisher(Image, 'image', 1)
-    bench.feed(camera, [frame(index) for index in range(5)])
-    empty = np.random.default_rng(5).integers(60, 120, (120, 160, 3)).astype(np.uint8)
-    bench.feed(camera, [image_message(empty, header(index)) for index in range(5, 11)])
-    assert boxes(bench)[:5] == [4] * 5
-    assert boxes(bench)[-1] == 0
-    assert bench.received['person_0/box'][-1].polygon.id == 1
-    assert not read_mono8(bench.received['person_0/likelihood'][-1]).any()
-    assert node.status()['track of person_0'].startswith('1 lost')

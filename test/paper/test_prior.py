@@ -75,6 +75,21 @@ def test_an_edge_of_the_right_orientation_is_nearer_than_one_of_the_wrong() -> N
     assert costs[1] > costs[0] + 2
 
 
+def test_an_orientation_has_no_direction() -> None:
+    """That from dark to bright is the one from bright to dark, for outlines as for images."""
+    for grey in (clutter(), template()):
+        here, there = image_gradient(grey), image_gradient(255 - grey)
+        steep = here.visible & there.visible
+        assert steep.any()
+        for each in (here, there):
+            assert 0 <= each.orientation.min() < 0.2
+            assert 3.0 < each.orientation.max() < np.float32(np.pi)
+        turn = np.abs(here.orientation - there.orientation)[steep]
+        assert np.minimum(turn, np.pi - turn).max() < 0.01
+    one, two = (silhouette_edges(each, HEIGHT) for each in (template(), 255 - template()))
+    assert np.abs(one.orientation - two.orientation).max() < 0.01
+
+
 def test_psi_is_saturated_and_far_pixels_are_background() -> None:
     prior = template()
     logit, psi = terms(prior, np.full(SHAPE, 90, np.uint8), reach=0.1)

@@ -83,7 +83,7 @@ def test_the_level_says_what_is_wrong() -> None:
 @pytest.mark.parametrize(
     ('stamp_ns', 'now', 'said'),
     [
-        (9_000_000_000, TIME, '1.000'),
+        (9_000_000_000, Time(sec=10, nanosec=250_000_000), '1.250'),
         (0, Time(sec=10), 'nan'),
         # No /clock, and a stamp ahead.
         (1_700_000_000_000_000_000, Time(), 'nan'),

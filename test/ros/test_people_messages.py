@@ -119,13 +119,20 @@ def test_boxes_and_markers_have_the_colours_of_the_tracks() -> None:
     boxes = boxes_message(people(), HEADER)
     assert (len(boxes.points), len(boxes.outline_colors)) == (16, 8)
     assert [(p.x, p.y) for p in boxes.points[:3]] == [(10, 20), (40, 20), (40, 20)]
-    for colour, track_id in zip(boxes.outline_colors[::4], (7, 9), strict=True):
-        bgr = (255 * colour.b, 255 * colour.g, 255 * colour.r)
-        assert bgr == pytest.approx(track_colour(track_id), abs=1e-3)
     _, body, heading, about = markers_message(people(), HEADER).markers
-    rgb = ('r', 'g', 'b')
-    assert all(getattr(body.color, c) == getattr(boxes.outline_colors[0], c) for c in rgb)
-    assert (body.scale.z, heading.scale.x) == (1.75, 1.0)
+    for track_id, colours in (
+        (7, [body.color, *boxes.outline_colors[:4]]),
+        (9, boxes.outline_colors[4:]),
+    ):
+        for each in colours:
+            known = [255 * each.b, 255 * each.g, 255 * each.r]
+            assert known == pytest.approx(track_colour(track_id), abs=0.01)
+    assert [each.color.a for each in (body, heading, about)] == [0.5, 1.0, 1.0]
+    assert (body.scale.x, body.scale.y, body.scale.z, heading.scale.x) == (0.5, 0.5, 1.75, 1.0)
+    # Up is against y: the middle of the body, and words above the head.
+    for marker, up in ((body, 1.75 / 2), (heading, 1.75 / 2), (about, 1.95)):
+        at = marker.pose.position
+        assert (at.x, at.y, at.z) == pytest.approx((0.5, 1.2 - up, 5.0))
     assert about.text == '7  4.5 m  1.3 m/s'
 
 

@@ -10,8 +10,9 @@ import pytest
 from gait_segmentation.geometry import BodyFrame, Placement
 from gait_segmentation.paper.vocabulary import VocabularyError
 from gait_segmentation.results import MatchResult
-from gait_segmentation.segmentation import SegmentationConfig
+from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
 from gait_segmentation.segmentation.segmenter import Segmenter
+from test.state import differences, remembered
 
 SHAPE = (160, 120)
 BODY = BodyFrame(60, 80, 120)
@@ -174,9 +175,23 @@ def test_a_bag_in_the_hand_stays_once_it_was_seen_for_some_time() -> None:
         with_arm = 20 + joined // 255 * np.uint8(215)
         segmenter.segment(picture(), with_arm, match(stamp=stamp))
     assert segmenter.segment(picture(), likely, match(stamp=22)).mask[bag].mean() > 200
-    # Who comes next may carry nothing.
-    other = match(stamp=23, track_id=2)
-    assert not segmenter.segment(picture(), likely, other).mask[bag].any()
+
+
+@pytest.mark.parametrize('external', [False, True])
+@pytest.mark.parametrize('prior', ['default', 'paper'])
+def test_another_person_leaves_nothing_of_who_was_before(external: bool, prior: str) -> None:
+    used, fresh = (PeopleSegmenter(SegmentationConfig(prior=prior)) for _ in range(2))
+    beside = np.roll(person(), 20, 1)
+    for stamp in range(1, 9):
+        # Somebody in other colours, whom the template does not explain.
+        about = match(np.roll(beside, 9, 1), stamp, similarity=0.3)
+        likely = [20 + beside // 255 * np.uint8(215)]
+        used.update(255 - picture(), likely, [about], external=external)
+    for stamp in (9, 10):
+        other = match(stamp=stamp, track_id=2)
+        for each in (used, fresh):
+            each.update(picture(), [spoilt()], [other], external=external)
+    assert differences(*(remembered(each) for each in (used, fresh))) == []
 
 
 def test_where_somebody_was_seen_is_forgotten_while_nobody_is() -> None:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Coloured figures before a textured wall, and a tracker that is told the true masks."""
 
+from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -101,9 +102,9 @@ def picture(
 
 
 class Told:
-    """A tracker that is told the true masks, frame by frame."""
+    """A tracker that is told the true masks, frame by frame, or so many frames late."""
 
-    def __init__(self, slots: int = 1, auto: str = 'none', **tracking) -> None:
+    def __init__(self, slots: int = 1, auto: str = 'none', late: int = 0, **tracking) -> None:
         self.tracker = PeopleTracker(
             small_bank(),
             TrackingConfig(**tracking),
@@ -111,6 +112,7 @@ class Told:
             starting=StartingConfig(auto_init=auto),
         )
         self.frames = 0
+        self._late, self._waiting = late, deque[list[Feedback]]()
 
     @property
     def stamp_ns(self) -> int:
@@ -146,7 +148,9 @@ class Told:
             size = result.likelihood.shape[::-1]
             prior = np.asarray(cv2.resize(whole, size, interpolation=cv2.INTER_AREA))
             feedback.append(Feedback(result.stamp_ns, result.track_id, mask, body, prior))
-        self.tracker.learn(feedback)
+        self._waiting.append(feedback)
+        if len(self._waiting) > self._late:
+            self.tracker.learn(self._waiting.popleft())
         return results
 
     def follow(self, path: Sequence[Figure], **options) -> list[TrackResult]:

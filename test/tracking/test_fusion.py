@@ -15,6 +15,39 @@ BOARD = (130, 320)
 """It reaches to the border: who walks behind it comes back."""
 
 
+@pytest.mark.parametrize(('late', 'pan'), [(0, 0), (0, 2), (4, 0), (4, 2), (8, 0)])
+def test_a_mask_says_where_somebody_was_in_its_frame_however_late_it_comes(
+    late: int, pan: int
+) -> None:
+    """They go one way and back, seen by a camera that stands or turns."""
+    told = Told(late=late)
+    path = [*walk(Figure(70), 20, 4.0), *walk(Figure(142), 20, -4.0)]
+    told.start(path[0])
+    for number, figure in enumerate(path):
+        (result,) = told.show(figure, shift=(pan * number, 0))
+        if number > 8:
+            assert result.body.center_x == pytest.approx(figure.x + 0.5 + pan * number, abs=1.5)
+            assert result.body.center_y == pytest.approx(figure.y + 3, abs=1.5)
+        if number % 20 > 15:
+            (track,) = told.tracker.tracks()
+            # In pixels a second against the world.
+            assert track.pose.velocity[0] * (1 if number < 20 else -1) > 60
+
+
+def test_who_is_smaller_from_now_on_is_all_of_a_person_after_a_while() -> None:
+    """Of a mask that is too small nothing is learnt, until it was so for a second and a half."""
+    told, figure, colours = Told(), Figure(100), []
+    told.start(figure)
+    for number in range(75):
+        image, (mask,) = picture([figure])
+        mask[100:] = 0 if number >= 5 else mask[100:]
+        told.see(image, [mask], [figure.mask()])
+        (track,) = told.tracker.tracks()
+        colours.append(track.colours.table.tobytes())
+    assert [len(set(part)) for part in (colours[:5], colours[5:25])] == [5, 1]
+    assert len(set(colours[-10:])) == 10
+
+
 def test_half_a_body_teaches_neither_colours_nor_size_but_is_followed() -> None:
     """Somebody goes half behind a board, turns there, and comes back."""
     inward = np.arange(60.0, 128.0, 2.0)

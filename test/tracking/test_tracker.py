@@ -56,23 +56,6 @@ def test_a_leaning_person_is_tracked_leaning_from_the_first_frame(use_tilt: bool
     assert angle == pytest.approx(18 if use_tilt else 0, abs=8)
 
 
-@pytest.mark.parametrize('late', [0, 3])
-def test_it_follows_a_walker_from_the_first_box_with_feedback(late: int) -> None:
-    track, result = started()
-    waiting = [(clip()[0], result)]
-    for frame in clip()[1:]:
-        if len(waiting) > late:
-            track.learn(feedback(*waiting.pop(0)))
-        result = track.update(frame.image, frame.stamp_ns)
-        waiting.append((frame, result))
-        assert result.track_id == 1
-        assert late or result.box.iou(frame.boxes[0]) > 0.6
-    assert result.box.iou(frame.boxes[0]) > 0.6
-    assert result.likelihood[frame.truths[0] == 255].mean() > 180
-    assert result.likelihood[frame.truths[0] == 0].mean() < 20
-    assert result.confidence > 0.6
-
-
 def test_feedback_of_others_and_of_frames_not_kept_is_ignored() -> None:
     (plain, result), (pestered, _) = started(), started()
     good = feedback(clip()[0], result)
