@@ -91,7 +91,7 @@ class MatchResult:
     ``phase`` is right to 5 %, half strides apart.  ``shape_prior`` is the template warped into
     the image: uint8, same size as the likelihood, 255 inside, soft edge.  ``placed`` is the
     tracked box as the path moves and scales it.  ``box`` is the refined box: by
-    ``matching.refined_box`` the tight one about what is likely where the template stands, None
+    ``matching.use_likely_box`` the tight one about what is likely where the template stands, None
     where nothing is, or, as in the paper, ``placed``.  Both are upright, in source pixels.
     """
 

@@ -113,11 +113,10 @@ class MatchingConfig(StageConfig):
         maximum=256,
         fixed=True,
     )
-    refined_box: str = parameter(
-        'likely',
-        'What the refined box is: tight about the likely pixels where the template stands, or, as '
-        'in the paper, the tracked box placed there.',
-        choices=('likely', 'placed'),
+    use_likely_box: bool = parameter(
+        True,
+        'The refined box is tight about the likely pixels where the template stands; if not, it '
+        'is as in the paper the tracked box placed there.',
     )
     minimum_cadence: float = parameter(
         60.0, 'Slowest walk expected.', unit='steps/min', minimum=0.0, maximum=300.0

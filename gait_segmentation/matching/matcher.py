@@ -298,7 +298,7 @@ class SequenceMatcher:
         placed = box = Box.from_center(
             body.center_x, body.center_y, placement.scale * frame.box.width, body.height
         )
-        if self.config.refined_box == 'likely':
+        if self.config.use_likely_box:
             to_source = template_to_image(searched, *grid.windows.image_shape, grid.body)
             box = likely_box(images[scale], template, part, grid.body, to_source)
         return MatchResult(

@@ -121,7 +121,7 @@ def test_the_body_is_followed_where_the_box_is_wrong(bank, parameters, frames, w
     # And the box goes where the body is; the refined one is about all that is likely there.
     assert result.placed.iou(box) > 0.7
     assert result.box.iou(box) > 0.8
-    matcher = SequenceMatcher(bank, config(**parameters, refined_box='placed'))
+    matcher = SequenceMatcher(bank, config(**parameters, use_likely_box=False))
     (paper,) = matcher.add_frame(image, given, stamp, track_id=1, source_size=SIZE)
     assert paper.box == paper.placed != result.box
 

@@ -57,8 +57,8 @@ def test_scores_are_printed_and_written(pipeline, folder, tmp_path, capsys):
     report = json.loads(scores.read_text())
     numbers = report['sequences']['walk']
     assert set(numbers) == {
-        'frames', 'J', 'F', 'error_rate', 'error_rate_image', 'box_iou', 'lost_frames',
-        'tracked', 'placed', 'matched', 'ms_per_frame', 'fps', 'tracking',
+        'frames', 'J', 'F', 'collapsed', 'error_rate', 'error_rate_image', 'box_iou',
+        'lost_frames', 'tracked', 'placed', 'matched', 'ms_per_frame', 'fps', 'tracking',
     }  # fmt: skip
     assert set(numbers['ms_per_frame']) == {'tracking', 'matching', 'segmentation', 'total'}
     assert report['mean']['J'] == 1

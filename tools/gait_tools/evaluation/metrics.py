@@ -242,7 +242,7 @@ def score_frame(
         error_rate_image=error_percent(mask, truth),
         visible=score_box(box, expected),
         tracked=score_box(body and body.clipped(truth.shape[1], truth.shape[0]), expected),
-        matched=score_box(matched, expected),
+        matched=score_box(matched and matched.clipped(truth.shape[1], truth.shape[0]), expected),
         placed=score_box(placed and placed.clipped(truth.shape[1], truth.shape[0]), expected),
     )
 
