@@ -131,6 +131,8 @@ def mean_of(sequences: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
         mean[name] = {
             key: mean_known(row[name][key] for row in rows) for key in ('box_iou', 'centre_error')
         }
+    if rows and all('map_J' in row for row in rows):
+        mean['map_J'] = mean_known(row['map_J'] for row in rows)
     mean['tracking'] = mean_tracking(row['tracking'] for row in rows)
     return mean
 
@@ -257,15 +259,17 @@ def place_table(report: Mapping[str, Any], sequences: Iterable[Sequence]) -> str
     if not any('place' in each.about for each in sequences):
         return ''
     columns = ('J', 'error %', 'box IoU', 'tracked', 'placed', 'matched')
-    rows = [['by places', 'clips', 'places', *columns, 'collapsed %']]
+    alone = ['map J'] if 'map_J' in report['mean'] else []
+    rows = [['by places', 'clips', 'places', *columns, 'collapsed %', *alone]]
     for group, places in sorted(groups.items(), key=lambda item: (item[0] == 'all', item[0])):
         alike = [{str(number): row for number, row in enumerate(each)} for each in places.values()]
         mean = mean_of({str(number): mean_of(each) for number, each in enumerate(alike)})
         cells = [_COLUMNS[name](mean) for name in columns]
         count = str(sum(map(len, places.values())))
-        rows.append(
-            [group, count, str(len(places)), *cells, _cell(100 * (mean['collapsed'] or 0), 1)]
-        )
+        cells.append(_cell(100 * (mean['collapsed'] or 0), 1))
+        rows.append([group, count, str(len(places)), *cells])
+        if alone:
+            rows[-1].append(_cell(mean['map_J'], 4))
     return aligned(rows)
 
 
