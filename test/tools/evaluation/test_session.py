@@ -69,10 +69,6 @@ def test_there_is_a_slot_for_everybody_who_is_labelled(folders, made):
     assert people['2']['lock_seconds'] is None
     assert report['mean']['tracking']['never_locked'] == 1
 
-    fixed = session(folders, fixed=frozenset(['people.max_people']))
-    fixed.evaluate(PipelineConfig())
-    assert made[-2].config.people.max_people == 1
-
 
 def test_restarts_have_one_slot_and_a_box(folders, made):
     label_another(folders[0])
