@@ -35,6 +35,7 @@ import os
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -269,11 +270,11 @@ def measure_updates(bank: TemplateBank, repeats: int) -> dict[str, dict[str, flo
         for some in (single, bank):
             count = some.sequences * some.phases
             few = min(repeats, 40) if kernel != 'events' else repeats
-            for what, searched in (
-                ('all', {'scale_reach': 2, 'shift_reach': 5}),
-                ('usual', {}),
+            usual = MatchingConfig(kernel=kernel)
+            for what, config in (
+                ('all', replace(usual, scale_reach=2, shift_reach=5)),
+                ('usual', usual),
             ):
-                config = MatchingConfig(kernel=kernel, **searched)
                 took = measure_update(SequenceMatcher(some, config), few)
                 found.setdefault(kernel, {})[f'{count} {what}'] = took
     return found

@@ -90,9 +90,9 @@ class MatchResult:
     similarity of the template with the likelihood, ``confidence`` in 0..1 the probability that
     ``phase`` is right to 5 %, half strides apart.  ``shape_prior`` is the template warped into
     the image: uint8, same size as the likelihood, 255 inside, soft edge.  ``placed`` is the
-    tracked box as the path moves and scales it, the paper's refined box, and ``box`` the tight box
-    about what is likely where the template stands, None where nothing is; both are upright, in
-    source pixels.
+    tracked box as the path moves and scales it.  ``box`` is the refined box: by
+    ``matching.use_likely_box`` the tight one about what is likely where the template stands, None
+    where nothing is, or, as in the paper, ``placed``.  Both are upright, in source pixels.
     """
 
     stamp_ns: int

@@ -112,6 +112,26 @@ def test_options_that_are_shown_exist(
             assert given <= set(re.findall(r'--[\w-]+', capsys.readouterr().out)), name
 
 
+@pytest.mark.parametrize('document', DOCUMENTS, ids=lambda path: str(path.relative_to(ROOT)))
+def test_figures_in_tables_have_the_command_that_writes_them(document: Path) -> None:
+    for section in re.split(r'(?m)^(?=## )', document.read_text()):
+        # What begins with code is defined, not measured.
+        if re.search(r'(?m)^\|(?! `).*\| \**\d*\.\d+.*$', section):
+            assert re.search(r'gait_evaluate\b|benchmarks/\w+\.py\b', section), section[:80]
+
+
+def test_what_is_said_of_the_preset_is_the_mean_of_its_clips() -> None:
+    text = (ROOT / 'docs/paper.md').read_text()
+    found = re.findall(r'(?m)^\| \**([\w-]+)\**((?: \| \**\d+\.\d+ / 0\.\d+\**){3}) \|$', text)
+    table = {name: np.array(re.findall(r'[\d.]+', row), float) for name, row in found}
+    mean, outdoors, indoors = (table.pop(name) for name in ('mean', 'outdoors', 'indoors'))
+    assert len(table) == 12
+    np.testing.assert_allclose(mean, sum(table.values()) / 12, atol=0.006)
+    np.testing.assert_allclose(mean, (2 * outdoors + 10 * indoors) / 12, atol=0.006)
+    for column in (0, 2, 4):
+        assert f'{mean[column]:.2f} %, {mean[column + 1]:.3f}' in text
+
+
 def commands() -> list[str]:
     text = (ROOT / 'docs/paper.md').read_text()
     lines = re.findall(r'(?m)^    ((?:gait_|python )[^#\n]*)', text)

@@ -113,6 +113,11 @@ class MatchingConfig(StageConfig):
         maximum=256,
         fixed=True,
     )
+    use_likely_box: bool = parameter(
+        True,
+        'The refined box is tight about the likely pixels where the template stands; if not, it '
+        'is as in the paper the tracked box placed there.',
+    )
     minimum_cadence: float = parameter(
         60.0, 'Slowest walk expected.', unit='steps/min', minimum=0.0, maximum=300.0
     )

@@ -33,7 +33,7 @@ from gait_segmentation.matching.placements import (
     Sampled,
     SearchRange,
     WindowGrid,
-    refined_box,
+    likely_box,
     warp_template,
 )
 from gait_segmentation.people import TaskPool
@@ -294,6 +294,13 @@ class SequenceMatcher:
         common = int(np.minimum(compared, values).sum(dtype=np.int64))
         union = int(values.sum(dtype=np.int64)) + int(compared.sum(dtype=np.int64)) - common
         searched = Placement(0.0, 0.0, float(grid.scales[scale])).body(frame.box, frame.angle)
+        box: Box | None
+        placed = box = Box.from_center(
+            body.center_x, body.center_y, placement.scale * frame.box.width, body.height
+        )
+        if self.config.use_likely_box:
+            to_source = template_to_image(searched, *grid.windows.image_shape, grid.body)
+            box = likely_box(images[scale], template, part, grid.body, to_source)
         return MatchResult(
             stamp_ns=frame.stamp_ns,
             track_id=self._track_id,
@@ -309,16 +316,8 @@ class SequenceMatcher:
             shape_prior=warp_template(
                 template, body.scaled(frame.scale), bank.fill, (height, width)
             ),
-            placed=Box.from_center(
-                body.center_x, body.center_y, placement.scale * frame.box.width, body.height
-            ),
-            box=refined_box(
-                images[scale],
-                template,
-                part,
-                grid.body,
-                template_to_image(searched, *grid.windows.image_shape, grid.body),
-            ),
+            placed=placed,
+            box=box,
         )
 
 

@@ -331,7 +331,7 @@ def warp_template(
     return result
 
 
-def refined_box(
+def likely_box(
     image: NDArray[np.uint8],
     template: NDArray[np.uint8],
     place: tuple[slice, slice],

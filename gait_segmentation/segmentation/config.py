@@ -52,6 +52,9 @@ class SegmentationConfig(StageConfig):
         minimum=0.0,
         maximum=1.0,
     )
+    use_support: bool = parameter(
+        True, 'Drop parts of the cut that neither template nor likelihood supports: passers-by.'
+    )
     use_refinement: bool = parameter(
         True, 'Cut again at full resolution in a narrow band about the outline.'
     )

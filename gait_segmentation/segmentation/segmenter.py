@@ -154,11 +154,12 @@ class Segmenter:
             labels, logit = self._cut_by_colours(lab, evidence, logit, psi, place)
         else:
             labels = self._solve(lab, logit, psi)
-        support, known = evidence.astype(np.float32) / np.float32(255), None
-        if odds is not None:
-            support = (support + prior / np.float32(255)) / 2
-            known = (prior > 127) | self._mean.at(place, prior.shape)
-        labels = keep_supported(labels, support, known, place.height)
+        if config.use_support:
+            support, known = evidence.astype(np.float32) / np.float32(255), None
+            if odds is not None:
+                support = (support + prior / np.float32(255)) / 2
+                known = (prior > 127) | self._mean.at(place, prior.shape)
+            labels = keep_supported(labels, support, known, place.height)
         if learns:
             self._calibration.add_mask(np.ascontiguousarray(values), labels.view(np.uint8))
         found = Box.around(labels)

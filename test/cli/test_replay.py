@@ -197,6 +197,10 @@ def test_a_preset_is_what_parameter_file_and_options_begin_with(
     )
     assert plain == PipelineConfig()
     assert (paper.tracking.method, paper.segmentation.prior) == ('adaptive_mean_shift', 'paper')
+    # Whatever has a switch is not the paper's, and neither is the rim taken off a box.
+    switches = {**vars(paper.tracking), **vars(paper.matching), **vars(paper.segmentation)}
+    assert [name for name, on in switches.items() if name.startswith('use_') and on] == []
+    assert paper.tracking.box_margin == 0
     assert (mine.matching.lag, mine.matching.blur) == (4, 7)
     assert mine.segmentation == paper.segmentation
 

@@ -10,7 +10,7 @@ from gait_segmentation.geometry import BodyFrame, Box, check_body, check_matched
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.matching.placements import (
     PlacementGrid,
-    refined_box,
+    likely_box,
     resampled,
     warp_template,
 )
@@ -133,7 +133,7 @@ def test_the_box_is_that_of_what_is_likely_where_the_template_stands():
             # Far from the template, thin, or unlikely.
             image[20:60, 70:80] = image[22, 40] = image[60, 54] = 255
             image[24:96, 52:54] = 180
-        box = refined_box(image, upright(), PLACE, BODY, TWICE)
+        box = likely_box(image, upright(), PLACE, BODY, TWICE)
         assert (box.x, box.y, box.right, box.bottom) == pytest.approx((156, 98, 204, 242))
 
 
@@ -142,7 +142,7 @@ def test_the_box_is_upright_where_the_body_leans():
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     to_source = np.column_stack([turn, [0.0, 0.0]])
     image = likelihood(slice(24, 96), slice(32, 48))
-    box = refined_box(image, upright(), PLACE, BODY, to_source)
+    box = likely_box(image, upright(), PLACE, BODY, to_source)
     assert box.height == pytest.approx(72 * math.cos(angle) + 16 * math.sin(angle), abs=1.5)
 
 

@@ -171,6 +171,8 @@ def test_a_bag_in_the_hand_stays_once_it_was_seen_for_some_time() -> None:
     apart[bag] = 255
     likely = 20 + apart // 255 * np.uint8(215)
     assert not segmenter.segment(picture(), likely, match()).mask[bag].any()
+    whole = Segmenter(SegmentationConfig(use_support=False))
+    assert whole.segment(picture(), likely, match()).mask[bag].mean() > 200
     for stamp in range(2, 22):
         with_arm = 20 + joined // 255 * np.uint8(215)
         segmenter.segment(picture(), with_arm, match(stamp=stamp))

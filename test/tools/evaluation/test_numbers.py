@@ -1,6 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 import math
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -20,7 +21,7 @@ from gait_tools.evaluation.metrics import (
     true_box,
     truth_of,
 )
-from gait_tools.evaluation.report import Summary, mean_of, restart_report, table
+from gait_tools.evaluation.report import Summary, mean_of, place_table, restart_report, table
 from gait_tools.evaluation.runner import Outcome
 from gait_tools.evaluation.tracking_score import Attendance, TrackingScore
 
@@ -72,6 +73,23 @@ def test_numbers_are_means_of_frames_and_medians_of_times(report):
     assert (mean['J'], mean['frames'], mean['lost_frames']) == (pytest.approx(0.6), 5, 1)
     assert mean['matched']['box_iou'] == pytest.approx((0.125 + 0.025) / 2)
     assert mean['ms_per_frame']['matching'] == 2
+
+
+def test_places_count_alike(report):
+    about = {'kind': 'walk', 'camera': 'static', 'place': 'hall'}
+    films = [SimpleNamespace(name=name, about=dict(about)) for name in ('one', 'two', 'three')]
+    report['sequences']['three'] = report['sequences']['one']
+    films[2].about |= {'camera': 'moving', 'place': 'road'}
+    rows = [line.split('  ') for line in place_table(report, films).splitlines()]
+    cells = {row[0]: [cell.strip() for cell in row[1:] if cell] for row in rows}
+    assert list(cells)[1:] == ['walk', 'walk, moving camera', 'walk, static camera', 'all']
+    # Frames with J of 0.5 have not collapsed, and of the other film one of two has.
+    assert cells['walk, static camera'][:3] == ['2', '1', '0.6000']
+    assert (cells['walk, static camera'][-1], cells['walk, moving camera'][-1]) == ('25.0', '0.0')
+    assert cells['all'] == cells['walk'] == ['3', '2', '0.6500', *cells['all'][3:-1], '12.5']
+    for film in films:
+        del film.about['place']
+    assert not place_table(report, films)
 
 
 def test_restarts_are_averaged_per_sequence_first(report):

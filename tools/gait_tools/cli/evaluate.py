@@ -27,7 +27,7 @@ from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.files.output_files import keep_apart, write_file
 from gait_tools.evaluation.ablation import SPOILT, ablate
-from gait_tools.evaluation.report import table, tracking_table, write_json
+from gait_tools.evaluation.report import place_table, table, tracking_table, write_json
 from gait_tools.evaluation.session import Session, load_sequences
 from gait_tools.outputs import check_file, is_own_picture, keep_others, make_folder, with_part
 
@@ -215,7 +215,8 @@ def evaluate(options: argparse.Namespace) -> None:
             write_file(options.write, with_part(options.write, options.ablate, written).encode())
         return
     report = session.evaluate(config, options.out)
-    say(f'{table(report)}\n\n{tracking_table(report)}')
+    tables = table(report), tracking_table(report), place_table(report, session.sequences)
+    say('\n\n'.join(filter(None, tables)))
     if to_output:
         print(json.dumps(report, indent=2))
     elif options.json is not None:

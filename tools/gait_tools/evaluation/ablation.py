@@ -82,6 +82,7 @@ MECHANISMS = (
     Mechanism('prior in the data term', 'weighs the template', 'segmentation.template_weight=0'),
     Mechanism("prior's fading", 'doubts poor fits', 'segmentation.fit_high=0.65'),
     Mechanism('contrast term', 'follows image edges', 'segmentation.contrast=0'),
+    Mechanism('support', 'drops passers-by', 'segmentation.use_support=false'),
     Mechanism('refinement', 'cuts finer again', 'segmentation.use_refinement=false'),
 )
 """In the order in which a frame meets them."""

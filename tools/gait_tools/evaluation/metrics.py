@@ -72,7 +72,7 @@ class FrameScore:
     ``j`` and ``f`` in 0..1, the error rates in percent of the pixels in the window and in the
     image.  ``visible`` is the box about what is seen of the person, ``tracked`` that of the whole
     body, which the matcher starts from, ``placed`` the same where the path has it, and ``matched``
-    the one about what is likely there.
+    the refined one.
     """
 
     j: float
@@ -230,7 +230,7 @@ def score_frame(
     :param box: the box about what is seen, in pixels of the mask, None if nobody is tracked.
     :param truth: of the shape of the mask.
     :param body: the box of the whole body likewise; what is outside of the image does not count.
-    :param matched: the box about what is likely at the matched template, in the image.
+    :param matched: the refined box, in the image.
     :param placed: the tracked box as the path moves and scales it.
     """
     window = evaluation_window(truth)
@@ -242,7 +242,7 @@ def score_frame(
         error_rate_image=error_percent(mask, truth),
         visible=score_box(box, expected),
         tracked=score_box(body and body.clipped(truth.shape[1], truth.shape[0]), expected),
-        matched=score_box(matched, expected),
+        matched=score_box(matched and matched.clipped(truth.shape[1], truth.shape[0]), expected),
         placed=score_box(placed and placed.clipped(truth.shape[1], truth.shape[0]), expected),
     )
 

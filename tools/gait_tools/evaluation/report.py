@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence as ListLike
 from dataclasses import dataclass, field
@@ -34,7 +35,10 @@ FOUND, TRUE = track_colour(1), (255, 90, 255)
 
 STAGES = ('tracking', 'matching', 'segmentation', 'total')
 
-_AVERAGED = ('J', 'F', 'error_rate', 'error_rate_image', 'box_iou', 'fps')
+COLLAPSED = 0.5
+"""J below which a mask is no longer the person's."""
+
+_AVERAGED = ('J', 'F', 'collapsed', 'error_rate', 'error_rate_image', 'box_iou', 'fps')
 
 _TRACKING_SUMMED = (
     'lost_frames',
@@ -84,6 +88,9 @@ class Summary:
             'frames': len(self.scores),
             'J': mean_known(score.j for score in self.scores),
             'F': mean_known(score.f for score in self.scores),
+            'collapsed': mean_known(
+                float(score.j < COLLAPSED) for score in self.scores if not math.isnan(score.j)
+            ),
             'error_rate': mean_known(score.error_rate for score in self.scores),
             'error_rate_image': mean_known(score.error_rate_image for score in self.scores),
             'box_iou': mean_known(score.visible.iou for score in self.scores),
@@ -124,6 +131,8 @@ def mean_of(sequences: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
         mean[name] = {
             key: mean_known(row[name][key] for row in rows) for key in ('box_iou', 'centre_error')
         }
+    if rows and all('map_J' in row for row in rows):
+        mean['map_J'] = mean_known(row['map_J'] for row in rows)
     mean['tracking'] = mean_tracking(row['tracking'] for row in rows)
     return mean
 
@@ -232,6 +241,36 @@ def tracking_table(report: Mapping[str, Any]) -> str:
     for name, numbers in [*report['sequences'].items(), ('mean', report['mean'])]:
         rows.append([name, *(cell(numbers['tracking']) for cell in columns.values())])
     return aligned(rows) + ('' if known else f'\n({MISSING})')
+
+
+def place_table(report: Mapping[str, Any], sequences: Iterable[Sequence]) -> str:
+    """
+    Return means over places by what sequences are of, empty if none says ``place``.
+
+    :param sequences: those of the report; ``sequence.yaml`` says ``kind``, ``camera``, ``place``.
+    """
+    groups: dict[str, dict[str, list[dict[str, Any]]]] = {}
+    for each in sequences:
+        kind, camera = (str(each.about.get(key, '?')) for key in ('kind', 'camera'))
+        for group in (f'{kind}, {camera} camera', kind, 'all'):
+            places = groups.setdefault(group, {})
+            place = str(each.about.get('place', each.name))
+            places.setdefault(place, []).append(report['sequences'][each.name])
+    if not any('place' in each.about for each in sequences):
+        return ''
+    columns = ('J', 'error %', 'box IoU', 'tracked', 'placed', 'matched')
+    alone = ['map J'] if 'map_J' in report['mean'] else []
+    rows = [['by places', 'clips', 'places', *columns, 'collapsed %', *alone]]
+    for group, places in sorted(groups.items(), key=lambda item: (item[0] == 'all', item[0])):
+        alike = [{str(number): row for number, row in enumerate(each)} for each in places.values()]
+        mean = mean_of({str(number): mean_of(each) for number, each in enumerate(alike)})
+        cells = [_COLUMNS[name](mean) for name in columns]
+        count = str(sum(map(len, places.values())))
+        cells.append(_cell(100 * (mean['collapsed'] or 0), 1))
+        rows.append([group, count, str(len(places)), *cells])
+        if alone:
+            rows[-1].append(_cell(mean['map_J'], 4))
+    return aligned(rows)
 
 
 def write_json(path: Path, report: Mapping[str, Any]) -> None:

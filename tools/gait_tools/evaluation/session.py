@@ -9,12 +9,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import cv2
+import numpy as np
 from tqdm import tqdm
 
 from gait_segmentation.config import replaced
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
-from gait_tools.evaluation.metrics import PERSON, start_box
+from gait_tools.evaluation.metrics import (
+    PERSON,
+    evaluation_window,
+    jaccard,
+    mean_known,
+    start_box,
+)
 from gait_tools.evaluation.report import SequenceOutput, Summary, mean_of, restart_report
 from gait_tools.evaluation.runner import Outcome, run
 from gait_tools.evaluation.sequence import Boxes, Sequence, read_mask
@@ -90,6 +98,24 @@ def restarts_of(sequence: Sequence) -> list[tuple[list[int], Box]]:
     return found
 
 
+def map_j(sequence: Sequence, name: str) -> float | None:
+    """
+    Return J of the heat maps of a sequence alone, above one half; of frames without one it is 0.
+
+    :param name: as in :meth:`Sequence.heat_maps`; how late they come does not matter.
+    """
+    read, scores = sequence.heat_maps(name.partition(':')[0]), []
+    for number in sequence.numbers:
+        truth, heat = sequence.truth(number), read and read(number)
+        if truth is not None:
+            mask = np.zeros_like(truth)
+            if heat is not None:
+                mask = cv2.resize(heat.values, truth.shape[::-1]) // 128
+            window = evaluation_window(truth)
+            scores.append(jaccard(mask[window], truth[window]))
+    return mean_known(scores)
+
+
 @dataclass(frozen=True)
 class Session:
     """
@@ -133,6 +159,8 @@ class Session:
             title = f'{name} {sequence.name}'.strip()
             summary = self.score(config, sequence, sequence.starts, out, title)
             rows[sequence.name] = summary.numbers()
+            if self.heat_map:
+                rows[sequence.name]['map_J'] = map_j(sequence, self.heat_map)
             for kind in kinds:
                 runs = self._restarts(config, sequence, warm=kind == 'warm')
                 count = len(restarts_of(sequence))

@@ -304,7 +304,7 @@ def _pictures(shot: Shot, tallest: float, phases: int) -> list[Image]:
         each and there(each) for each in (shot.track.body, match.placed, match.box)
     )
     draw_match(first, tracked=tracked, angle=shot.track.angle, refined=refined)
-    if likely is not None:
+    if likely not in (None, refined):
         dashed = first.copy()
         draw_box(dashed, likely, LIKELY_COLOUR)
         rows, columns = np.indices(first.shape[:2])
