@@ -168,9 +168,10 @@ class DirectAccessTableKernel(CommonAreas):
 
     The templates' values at a pixel are sorted once.  For each value v that the likelihood can
     have there, a table gives how many templates are not above v: these add their own value to
-    their sums, all others add v, and nothing is compared while matching.  Templates that are
-    black at a pixel come first in its order and are passed over.  Each pixel still adds to every
-    other template, so the time grows with their number.
+    their sums, all others add v, and nothing is compared while matching.  Either those that are
+    not black are gone through, or all get v by one addition, and those that are not above v give
+    back the rest: whichever are fewer.  So a pixel costs nothing where all templates are alike,
+    but where their outlines are, the time grows with their number.
 
     Wang, Yagi and Makihara, ACCV 2009, section 3.  The paper has two splitting IDs, of which one
     is enough: see :func:`splitting_ids`.
@@ -183,8 +184,13 @@ class DirectAccessTableKernel(CommonAreas):
         self._order = np.ascontiguousarray(order.T.astype(np.uint32))
         self._values = np.ascontiguousarray(values.T)
         self._split = splitting_ids(self._values)[1]
-        self._pixels = np.column_stack(np.divmod(used, self._grid.width)).astype(np.int64)
+        self.pixels = np.column_stack(np.divmod(used, self._grid.width)).astype(np.int64)
         return np.arange(len(templates), dtype=np.int32)
+
+    @property
+    def changed(self) -> NDArray[np.int32]:
+        """Return how many templates each pixel of each value changes, (pixels, 256)."""
+        return np.minimum(self._split, len(self._order[0]) - self._split[:, :1])
 
     def common_rows(
         self,
@@ -196,7 +202,7 @@ class DirectAccessTableKernel(CommonAreas):
         """Add up what the tables say, pixel by pixel."""
         step = self._grid.step
         corner = searched.first[1] * step, searched.first[2] * step
-        coded = self._pixels, self._order, self._values, self._split
+        coded = self.pixels, self._order, self._values, self._split
         _add_up(images, *coded, corner, step, searched.shape, out)
         return out[1:]
 
@@ -236,6 +242,7 @@ def _add_up(  # type: ignore[no-untyped-def]
     count, rows, columns = windows
     # Window by window, so that what a pixel adds to lies together.
     totals = np.zeros((count * rows * columns, templates), np.int32)
+    everywhere = np.zeros(len(totals), np.int32)
     for pixel in range(len(pixels)):
         top, left = corner[0] + pixels[pixel, 0], corner[1] + pixels[pixel, 1]
         order_here, values_here, split_here = order[pixel], values[pixel], split[pixel]
@@ -245,16 +252,19 @@ def _add_up(  # type: ignore[no-untyped-def]
             for row in range(rows):
                 line = images[image, top + row * step]
                 for column in range(columns):
-                    value = line[left + column * step]
+                    value = np.int32(line[left + column * step])
                     total = totals[lane]
-                    lane += 1
-                    if value == 0:
-                        continue
                     middle = split_here[value]
-                    for rank in range(black, middle):
-                        total[order_here[rank]] += values_here[rank]
-                    for rank in range(middle, templates):
-                        total[order_here[rank]] += value
+                    if middle < templates - black:
+                        everywhere[lane] += value
+                        for rank in range(middle):
+                            total[order_here[rank]] -= value - np.int32(values_here[rank])
+                    elif value > 0:
+                        for rank in range(black, middle):
+                            total[order_here[rank]] += values_here[rank]
+                        for rank in range(middle, templates):
+                            total[order_here[rank]] += value
+                    lane += 1
     for lane in range(len(totals)):
         for template in range(templates):
-            out[template + 1, lane] = totals[lane, template]
+            out[template + 1, lane] = everywhere[lane] + totals[lane, template]

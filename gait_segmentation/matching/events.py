@@ -8,15 +8,23 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.common_areas import CommonAreas, Images
 from gait_segmentation.matching.placements import LANES, SearchRange, WindowGrid
 
-_WORD = 8
+_WORD = 16
 """Bytes that are copied at once."""
 _CACHE_LINE = 64
+_VECTOR = 64
+"""Lanes in a vector of bytes; the compiler makes several of it where registers are shorter."""
+_WIDE = 2 * LANES
+"""Lanes that are treated at a time while there are so many: what the registers hold."""
 _MOST = 255
 """What the events of a group change a sum by at most, which 8 bits can hold."""
 _MOST_OF_STEP = 32767 // _MOST
@@ -185,7 +193,7 @@ class EventKernel(CommonAreas):
     C(child) = C(parent) + sum over the pixels in which they differ of
     min(v, g_child) - min(v, g_parent), where the parents form a minimum spanning arborescence
     from the empty template.  The pixels that ever change are gathered with the windows, also of
-    several images, side by side, so that one event is a handful of vector additions for 160 of
+    several images, side by side, so that one event is a handful of vector additions for 320 of
     them.
 
     The number of events of binary templates sampled from a closed motion tends to a constant, the
@@ -217,14 +225,15 @@ class EventKernel(CommonAreas):
         plane = planes.reshape(-1)[searched.first[1] * shape[1] + searched.first[2] :]
         changes = program.source, program.lo, program.span, program.groups
         steps = program.bounds, program.target, program.base
-        for block, (places, offsets) in enumerate(_runs(self._grid, searched.shape)):
-            _gather(_words(plane), self._origins, places, offsets, _words(matrix))
-            _run_program(matrix, *changes, *steps, out.reshape(-1), out.shape[1], block * LANES)
+        for start, lanes, places, offsets in _blocks(self._grid, searched.shape):
+            _gather(_words(plane), self._origins, places, offsets, lanes, _words(matrix))
+            rows = out.reshape(-1), out.shape[1], start
+            _run_program(matrix, *changes, *steps, *rows, lanes)
         return out[1:]
 
     def new_matrix(self) -> NDArray[np.uint8]:
         """Return an array for ``matrix`` of :meth:`common_rows`, with a run to spare."""
-        size = (len(self.program.pixels) + 1) * LANES
+        size = len(self.program.pixels) * _WIDE + _WORD
         memory = np.zeros(size + _CACHE_LINE, np.uint8)
         # From a cache line on, so that no row of lanes needs one more.
         first = -memory.ctypes.data % _CACHE_LINE
@@ -247,19 +256,23 @@ def _origins(pixels: NDArray[np.int64], grid: WindowGrid) -> NDArray[np.int64]:
 
 
 @lru_cache(maxsize=16)
-def _runs(
+def _blocks(
     grid: WindowGrid, windows: tuple[int, int, int]
-) -> list[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+) -> list[tuple[int, int, NDArray[np.int64], NDArray[np.int64]]]:
     """
-    Return the runs of each block of windows: lane in the block, and offset in the planes.
+    Return the blocks of windows: first one, number of lanes, and the runs.
+
+    Of each run that is the lane in the block at which it begins, and the offset in the planes.
 
     :param windows: numbers of images, rows and columns.
     """
     planes, (height, width) = grid.step**2, _plane_shape(grid)
     images, rows, columns = windows
+    count = images * rows * columns
     blocks = []
-    for start in range(0, images * rows * columns, LANES):
-        last = min(start + LANES, images * rows * columns)
+    for start in range(0, count, _WIDE):
+        last = min(start + _WIDE, count)
+        lanes = LANES if last - start <= LANES else _WIDE
         places, offsets, window = [], [], start
         while window < last:
             line, column = divmod(window, columns)
@@ -267,63 +280,158 @@ def _runs(
             places.append(window - start)
             offsets.append((image * planes * height + row) * width + column)
             window += min(_WORD, columns - column)
-        blocks.append((np.array(places, np.int64), np.array(offsets, np.int64)))
+        runs = np.array(places, np.int64), np.array(offsets, np.int64)
+        blocks.append((start, lanes, *runs))
     return blocks
 
 
-def _words(data: NDArray[np.uint8]) -> NDArray[np.uint64]:
+def _words(data: NDArray[np.uint8]) -> NDArray[np.complex128]:
     """Return the words that begin at each byte, which share their memory."""
-    return np.ndarray((data.size - _WORD + 1,), np.uint64, data.data, strides=(1,))
+    return np.ndarray((data.size - _WORD + 1,), np.complex128, data.data, strides=(1,))
 
 
-@kernel('u8[:], i8[::1], i8[::1], i8[::1], u8[:]')
-def _gather(plane, origins, places, offsets, matrix):  # type: ignore[no-untyped-def]
+@kernel('c16[:], i8[::1], i8[::1], i8[::1], i8, c16[:]')
+def _gather(plane, origins, places, offsets, lanes, matrix):  # type: ignore[no-untyped-def]
     """
     Put the windows of a block side by side for all pixels, run by run.
 
     :param plane: words of a flat image, its pixels ordered so that windows are contiguous.
     :param origins: (A,) int64, where in it the pixels of the first window are.
-    :param places: (R,) int64 lanes at which the runs begin.
+    :param places: (R,) int64 lanes at which the runs begin, in ascending order.
     :param offsets: (R,) int64, how far the runs' windows are from the first one.
-    :param matrix: words of the result, ``LANES`` bytes a pixel and a run to spare.
+    :param lanes: those of the block.
+    :param matrix: words of the result, ``lanes`` bytes a pixel and a run to spare.
     """
     for pixel in range(len(origins)):
-        origin, row = origins[pixel], pixel * LANES
+        origin, row = origins[pixel], pixel * lanes
         for run in range(len(places)):
             matrix[row + places[run]] = plane[origin + offsets[run]]
 
 
+def _make_step(lanes: int):  # type: ignore[no-untyped-def]
+    """
+    Return a function that makes the common areas of a template from those of its parent.
+
+    It is written for LLVM, in vectors of bytes: in a loop over lanes the compiler would keep the
+    sums in memory, and make the vectors as short as its widest type asks for.  Its arguments:
+
+    * ``matrix``, flat uint8, ``lanes`` bytes for each pixel of the program;
+    * ``source``, ``lo``, ``span``, ``groups`` as in :class:`EventProgram`;
+    * ``first``, int64, the first group that is added, ``middle`` the first that is subtracted,
+      ``last`` the one after them;
+    * ``out``, flat int32: from ``old`` on, int64, there are the parent's areas, from ``new`` on
+      the template's are written.
+
+    :param lanes: how many there are.
+    """
+
+    def generate(context, builder, signature, values):  # type: ignore[no-untyped-def]
+        index, byte, word, whole = (ir.IntType(bits) for bits in (64, 8, 16, 32))
+        first, middle, last, _, old, new = values[5:]
+        matrix, source, lo, span, groups, out = (
+            context.make_array(kind)(context, builder, value).data
+            for kind, value in zip(signature.args, values, strict=True)
+            if isinstance(kind, types.Array)
+        )
+
+        def at(array, place):  # type: ignore[no-untyped-def]
+            return builder.load(builder.gep(array, [place]))
+
+        def vector(array, place, lane, kind):  # type: ignore[no-untyped-def]
+            start = builder.gep(array, [builder.add(place, index(lane))])
+            return builder.bitcast(start, kind.as_pointer())
+
+        def everywhere(value, size):  # type: ignore[no-untyped-def]
+            one = builder.insert_element(ir.VectorType(byte, size)(ir.Undefined), value, index(0))
+            return builder.shuffle_vector(one, one, ir.VectorType(whole, size)(None))
+
+        def joined(name, one, other):  # type: ignore[no-untyped-def]
+            kind = ir.FunctionType(one.type, (one.type, one.type))
+            name = f'llvm.{name}.v{one.type.count}i8'
+            return builder.call(
+                cgutils.get_or_insert_function(builder.module, kind, name), (one, other)
+            )
+
+        # Of two neighbouring bytes as a number of 16 bits: sums of these numbers, and of the
+        # upper bytes.  What the lower ones are together follows, so that none is put apart.
+        parts = []
+        for lane in range(0, lanes, _VECTOR):
+            size = min(_VECTOR, lanes - lane)
+            kinds = ir.VectorType(byte, size), *[ir.VectorType(word, size // 2)] * 2
+            sums = [cgutils.alloca_once_value(builder, kind(None)) for kind in kinds]
+            for kind, total in zip(kinds, sums, strict=True):
+                builder.store(kind(None), total)
+            parts.append((lane, size, kinds[0], sums))
+
+        def add(event, begins):  # type: ignore[no-untyped-def]
+            row = builder.mul(builder.zext(at(source, event), index), index(lanes))
+            low, most = at(lo, event), at(span, event)
+            for lane, size, narrow, (inner, _, _) in parts:
+                value = builder.load(vector(matrix, row, lane, narrow), align=1)
+                value = joined('usub.sat', value, everywhere(low, size))
+                value = joined('umin', value, everywhere(most, size))
+                if not begins:
+                    value = builder.add(builder.load(inner), value)
+                builder.store(value, inner)
+
+        for start, end, join in ((first, middle, builder.add), (middle, last, builder.sub)):
+            with cgutils.for_range(builder, end, start, index) as group:
+                begin = builder.zext(at(groups, group.index), index)
+                stop = builder.zext(at(groups, builder.add(group.index, index(1))), index)
+                add(begin, True)
+                second = builder.add(begin, index(1))
+                with cgutils.for_range(builder, stop, second, index) as event:
+                    add(event.index, False)
+                for _, _, _, (inner, pairs, upper) in parts:
+                    both = builder.bitcast(builder.load(inner), builder.load(pairs).type)
+                    builder.store(join(builder.load(pairs), both), pairs)
+                    above = builder.lshr(both, both.type([8] * both.type.count))
+                    builder.store(join(builder.load(upper), above), upper)
+        for lane, size, _, (_, pairs, upper) in parts:
+            above = builder.load(upper)
+            shifted = builder.shl(above, above.type([8] * above.type.count))
+            below = builder.sub(builder.load(pairs), shifted)
+            order = [each // 2 + each % 2 * (size // 2) for each in range(size)]
+            total = builder.shuffle_vector(below, above, ir.VectorType(whole, size)(order))
+            kind = ir.VectorType(whole, size)
+            value = builder.load(vector(out, old, lane, kind), align=4)
+            value = builder.add(value, builder.sext(total, kind))
+            builder.store(value, vector(out, new, lane, kind), align=4)
+        return context.get_dummy_value()
+
+    @intrinsic
+    def step(  # type: ignore[no-untyped-def]
+        typing, matrix, source, lo, span, groups, first, middle, last, out, old, new
+    ):
+        given = matrix, source, lo, span, groups, first, middle, last, out, old, new
+        return types.void(*given), generate
+
+    return step
+
+
+_narrow_step, _wide_step = _make_step(LANES), _make_step(_WIDE)
+
+
 @kernel(
-    'u1[::1], u2[::1], u1[::1], u1[::1], i4[::1], i4[:,::1], i4[::1], i4[::1], i4[::1], i8, i8'
+    'u1[::1], u2[::1], u1[::1], u1[::1], i4[::1], i4[:,::1], i4[::1], i4[::1], i4[::1], i8, i8, i8'
 )
 def _run_program(  # type: ignore[no-untyped-def]
-    matrix, source, lo, span, groups, bounds, target, base, out, stride, first
+    matrix, source, lo, span, groups, bounds, target, base, out, stride, first, lanes
 ):
     """
     Make the common areas of all templates for the gathered windows.
 
-    :param matrix: flat uint8, ``LANES`` bytes for each pixel of the program.
+    :param matrix: flat uint8, ``lanes`` bytes for each pixel of the program.
     :param source: as the next six in :class:`EventProgram`.
     :param out: flat int32, rows of ``stride``; row 0 must be zero.
     :param first: where the windows' results begin in a row.
+    :param lanes: :data:`LANES` or twice as many.
     """
-    inner, total = np.empty(LANES, np.uint8), np.empty(LANES, np.int16)
     for step in range(len(target)):
-        total[:] = 0
-        middle = bounds[step, 1]
-        for group in range(bounds[step, 0], bounds[step, 2]):
-            # In bytes as long as they can hold the sums: so the vector unit adds twice as many.
-            inner[:] = 0
-            for event in range(np.int64(groups[group]), np.int64(groups[group + 1])):
-                at = np.uint64(source[event]) * np.uint64(LANES)
-                values = matrix[at : at + np.uint64(LANES)]
-                low, most = lo[event], span[event]
-                for lane in range(LANES):
-                    value = min(np.uint8(max(values[lane], low) - low), most)
-                    inner[lane] = np.uint8(inner[lane] + value)
-            sign = np.int16(1 if group < middle else -1)
-            for lane in range(LANES):
-                total[lane] = np.int16(total[lane] + sign * np.int16(inner[lane]))
+        start, middle = np.int64(bounds[step, 0]), np.int64(bounds[step, 1])
+        end = np.int64(bounds[step, 2])
         old, new = base[step] * stride + first, target[step] * stride + first
-        for lane in range(LANES):
-            out[new + lane] = out[old + lane] + np.int32(total[lane])
+        if lanes == LANES:
+            _narrow_step(matrix, source, lo, span, groups, start, middle, end, out, old, new)
+        else:
+            _wide_step(matrix, source, lo, span, groups, start, middle, end, out, old, new)
