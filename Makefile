@@ -19,10 +19,10 @@ demo: $(VENV)/demo  ## push a film of a walking woman through the three nodes (P
 	@echo 'next, a film of your own: make overlay FILM=walk.mp4'
 
 # Made again each time, as it may be another film of that name.
-overlay: film-given $(VENV)/demo  ## find who walks in FILM=walk.mp4: overlay and masks (PEOPLE=3; DETECTOR=mediapipe)
+overlay: film-given $(VENV)/demo  ## find who is in FILM=walk.mp4: overlay and masks (of three: PEOPLE=3; DETECTOR=mediapipe)
 	@name=$$(basename '$(FILM)'); place=$$(realpath -m '$(OUT)')/$${name%.*}; \
 	$(BIN)/gait_replay '$(FILM)' --force --out '$(OUT)/replay' --overlay "$$place.mp4" --masks "$${place}_masks" \
-		$(if $(PEOPLE),--set people.max_people=$(PEOPLE)) $(if $(DETECTOR),--detector $(DETECTOR)) && \
+		--set people.max_people=$(or $(PEOPLE),3) $(if $(DETECTOR),--detector $(DETECTOR)) && \
 	echo "$$place.mp4  the film with outline, box, direction and phase" && \
 	echo "$${place}_masks  the silhouettes, a picture a frame"
 

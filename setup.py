@@ -46,7 +46,7 @@ TEST = [
 setup(
     name=NAME,
     version='0.1.0',
-    description='Live silhouettes of walking people, on a CPU, without a neural network',
+    description='Live silhouettes of walking people, on a CPU',
     long_description=(HERE / 'README.md').read_text(encoding='utf-8'),
     long_description_content_type='text/markdown',
     author='The gait_segmentation contributors',
@@ -64,6 +64,7 @@ setup(
     packages=find_packages(include=[NAME, f'{NAME}.*']),
     package_data={
         NAME: ['py.typed'],
+        f'{NAME}.detector': ['*.onnx.gz', '*.txt'],
         f'{NAME}.gait_model': ['*.npz'],
         f'{NAME}.paper': ['*.json'],
         f'{NAME}.starting': ['*.json'],

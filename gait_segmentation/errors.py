@@ -25,6 +25,10 @@ class SequenceError(GaitSegmentationError):
     """A clip or a sequence folder is missing, incomplete or corrupt."""
 
 
+class DetectorError(GaitSegmentationError):
+    """A detector cannot be loaded, has not started, has ended, or does not answer."""
+
+
 EXTRAS = {
     **dict.fromkeys(('lz4', 'rosbags', 'tqdm'), 'tools'),
     'distributed': 'archive',

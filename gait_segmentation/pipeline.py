@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.detector.lookout import Lookout
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.geometry import Box
@@ -95,6 +96,8 @@ class Pipeline:
         config: PipelineConfig | None = None,
         bank: TemplateBank | None = None,
         clock: Callable[[], float] = float,
+        *,
+        lookout: Lookout | None = None,
     ) -> None:
         """
         Make a pipeline without tracks.
@@ -102,13 +105,18 @@ class Pipeline:
         :param bank: the templates; the standard bank if None.
         :param clock: seconds for ``timings_ms``, e.g. ``time.perf_counter``; without it all are
             zero, as ``float()`` is.
+        :param lookout: who looks at whole images; see :class:`.PeopleTracker`.
         """
         self._clock = clock
         self.config = config = config or PipelineConfig()
         self.bank = bank if bank is not None else default_bank()
         slots, threads = config.people.max_people, config.people.people_threads
         self.tracker = PeopleTracker(
-            self.bank, config.tracking, max_people=slots, starting=config.starting
+            self.bank,
+            config.tracking,
+            max_people=slots,
+            starting=config.starting,
+            lookout=lookout,
         )
         self.matcher = PeopleMatcher(self.bank, config.matching, max_people=slots, threads=threads)
         self.segmenter = PeopleSegmenter(config.segmentation, max_people=slots, threads=threads)

@@ -12,7 +12,8 @@ import pytest
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
-from gait_segmentation.pipeline import FrameResult, Pipeline
+from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
+from gait_segmentation.starting import StartingConfig
 from test.walkers import box_of, clip, small_bank
 
 FRAMES = 4
@@ -74,7 +75,8 @@ def test_boxes_that_hold_no_person(box: Box) -> None:
     'box', [Box(320, 0, 9, 9), Box(-400, -800, 800, 2000), Box(-5e5, -5e5, 1e6, 1e6)], ids=str
 )
 def test_boxes_that_cannot_hold_a_person_are_refused_and_the_stream_goes_on(box: Box) -> None:
-    pipe = Pipeline(bank=small_bank())
+    config = PipelineConfig(starting=StartingConfig(auto_init='none'))
+    pipe = Pipeline(config, small_bank())
     pipe.initialize(box)
     [image, *_] = film()
     with pytest.raises(InputError, match='of 320 x 240 pixels, got x'):

@@ -50,7 +50,7 @@ def test_a_walker_is_segmented_from_the_first_box_alone() -> None:
 
 
 def test_nobody_gives_empty_results() -> None:
-    [frame] = pipeline().update(clip()[0].image, 5)
+    [frame] = pipeline().update(np.full_like(clip()[0].image, 90), 5)
     [result] = frame.people
     assert result.track.box is None
     assert result.track.state == 'empty'

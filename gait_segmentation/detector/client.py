@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.detector.mediapipe_worker import HEAD, READY, REQUIREMENT
-from gait_segmentation.errors import ConfigError, GaitSegmentationError
+from gait_segmentation.errors import ConfigError, DetectorError
 from gait_segmentation.images import check_image, shrink
 
 DETECTORS = ('none', 'mediapipe')
@@ -35,10 +35,6 @@ _LARGEST_SIDE = 640
 _START_S = 60.0
 _MAP_S = 10.0
 _END_S = 2.0
-
-
-class DetectorError(GaitSegmentationError):
-    """The detector's process has not started, has ended, or does not answer."""
 
 
 def detector_python() -> str:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import Image, RegionOfInterest
 
 from gait_segmentation.config import StageConfig
+from gait_segmentation.detector.lookout import Lookout
+from gait_segmentation.detector.person_detector import Detection, default_detector
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import claimed_shape, read_image
@@ -65,6 +68,22 @@ class CameraNode(GaitNode):
             initial_box=start.box(),
             initial_stamp_ns=start.initial_box_stamp,
         )
+
+    def make_lookout(self) -> Lookout:
+        """Return who looks at whole images in a thread, so that no frame waits for them."""
+        self._seen = 'has not looked'
+        return Lookout(self._detect, threaded=True)
+
+    def _detect(self, image: NDArray[np.uint8]) -> Sequence[Detection]:
+        started = time.perf_counter()
+        try:
+            people = default_detector().people(image)
+        except GaitSegmentationError as error:
+            self._seen = str(error)
+            self.warnings.warn('detector', f'nobody is found by the detector: {error}')
+            return ()
+        self._seen = f'sees {len(people)}, {1e3 * (time.perf_counter() - started):.0f} ms'
+        return people
 
     def take_image(self, frame: Parts) -> tuple[NDArray[np.uint8], int]:
         """
@@ -126,7 +145,8 @@ class CameraNode(GaitNode):
             found[f'track of {slot_name(slot)}'] = told + why
         tracked = sum(track.track_id != 0 for track in tracks)
         maps = {'heat map': 'in use' if self.stage is not None and self.maps.in_use else 'none'}
-        return {**super().status(), 'people': str(tracked), **found, **maps}
+        sees = {'detector': self._seen if self.stage is not None else 'none'}
+        return {**super().status(), 'people': str(tracked), **found, **sees, **maps}
 
     def _start(self, message: RegionOfInterest) -> None:
         try:

@@ -53,7 +53,7 @@ class PipelineNode(CameraNode):
         """Make the stages and the publishers."""
         kinds = TrackingConfig, MatchingConfig, SegmentationConfig, PeopleConfig, StartingConfig
         config = PipelineConfig(*map(self.parameters.get, kinds))
-        self.stage = Pipeline(config, self.bank)
+        self.stage = Pipeline(config, self.bank, lookout=self.make_lookout())
         self.make_intake()
         self._held: HeldFrames[tuple[NDArray[np.uint8], Header]] = HeldFrames()
         self._likelihood: tuple[int, ...] = (0, 0)

@@ -47,7 +47,11 @@ class TrackerNode(CameraNode):
         """Make the stage and the publishers."""
         get = self.parameters.get
         self.stage = PeopleTracker(
-            self.bank, get(TrackingConfig), max_people=self.slots, starting=get(StartingConfig)
+            self.bank,
+            get(TrackingConfig),
+            max_people=self.slots,
+            starting=get(StartingConfig),
+            lookout=self.make_lookout(),
         )
         self.make_intake()
         self._likelihood: tuple[int, ...] = (0, 0)

@@ -14,10 +14,11 @@ class StartingConfig(StageConfig):
     """Parameters of the search for people who walk into free slots."""
 
     auto_init: str = parameter(
-        'motion',
-        'How people get a slot without a box: motion = moving blobs that keep having the shape '
-        'of a body, none (or off) = not at all.',
-        choices=('motion', 'none'),
+        'detector',
+        'How people get a slot without a box: detector = a small network sees them, which is then '
+        'asked whether they are still there, too; walk = moving blobs that keep having the shape '
+        'of a body; none (or off) = not at all.',
+        choices=('detector', 'walk', 'none'),
     )
     search_size: int = parameter(
         256,

@@ -37,18 +37,20 @@ def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str,
     if probation is not None:
         if lost and track.is_inside:
             return ENDED, 'it vanished in the open'
-        if not probation.is_passed(stamp_ns):
+        if not (track.attendance.is_confirmed or probation.is_passed(stamp_ns)):
             return ENDED, 'it has not the shape of a body'
     if track.state == TRACKED and track.witness is not None and track.witness.overrules:
         return ANEW, 'the heat map has long shown a body where the mask has none'
     if gap_s > GAP_S:
         return LOST, f'no frame came for {gap_s:.1f} s'
-    if lost and track.found:
+    if lost and track.found and not track.attendance.is_doubted:
         return TRACKED, ''
     if lost and track.lost_s > track.config.patience:
         return ENDED, f'not found for {track.lost_s:.1f} s'
     if lost:
         return LOST, track.reason
+    if track.attendance.is_doubted:
+        return LOST, 'the detector, which saw them, does not any more'
     if track.is_outside:
         return LOST, 'outside of the image'
     if track.unseen_frames >= _LOST_FRAMES:

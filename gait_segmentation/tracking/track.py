@@ -19,6 +19,7 @@ from gait_segmentation.scene.scene import MOST_KEPT, Frame, Shift, View
 from gait_segmentation.starting import FirstMask
 from gait_segmentation.starting.probation import Probation
 from gait_segmentation.tracking.association import PixelClaim
+from gait_segmentation.tracking.attendance import Attendance
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.map_witness import MapWitness
 from gait_segmentation.tracking.pose import Pose
@@ -71,6 +72,7 @@ class Track(ABC):
         self.state, self.reason, self.confidence = TRACKED, '', 0.0
         self.probation: Probation | None = None
         self.witness: MapWitness | None = None
+        self.attendance = Attendance()
         self.states = deque([State(view.now, (0.0, 0.0))], maxlen=MOST_KEPT)
         self.seen, self.unoccluded = 1.0, True
         self.lost_s, self.unseen_frames, self.found = 0.0, 0, False

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import NO_CHROMA, NO_GRADIENT
+from gait_segmentation.detector.lookout import Lookout
+from gait_segmentation.detector.person_detector import default_detector
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, check_body, check_start_box
@@ -26,6 +28,7 @@ from gait_segmentation.starting import FirstMask, StartingConfig, WalkerFinder
 from gait_segmentation.starting.blobs import BodyShapes
 from gait_segmentation.starting.map_finder import MapFinder
 from gait_segmentation.starting.probation import Probation
+from gait_segmentation.starting.sightings import Sightings
 from gait_segmentation.tracking import group
 from gait_segmentation.tracking.bystanders import Bystanders
 from gait_segmentation.tracking.config import TrackingConfig
@@ -36,6 +39,9 @@ from gait_segmentation.tracking.map_witness import MapWitness
 from gait_segmentation.tracking.mean_shift import MeanShiftTrack
 from gait_segmentation.tracking.pose import WIDEST
 from gait_segmentation.tracking.track import SAME_PERSON, Track
+
+BY_WALK, BY_MAP, BY_DETECTOR = 'walk', 'map', 'detector'
+"""What people are found by."""
 
 _MOST_APART = 1.5
 """Ratio of the scales of people who share a view."""
@@ -60,6 +66,7 @@ class PeopleTracker:
         *,
         max_people: int = 1,
         starting: StartingConfig | None = None,
+        lookout: Lookout | None = None,
     ) -> None:
         """
         Make a tracker without a track.
@@ -67,6 +74,8 @@ class PeopleTracker:
         :param bank: the templates that people are found and first masks estimated with.
         :param max_people: number of slots.
         :param starting: how people are found without a box.
+        :param lookout: who looks at whole images where that asks for a detector; if None the
+            detector of the package, in lockstep.
         """
         self._config = tracking or TrackingConfig()
         self._bank = bank
@@ -75,6 +84,7 @@ class PeopleTracker:
         self._slots: list[Track | None] = [None] * max_people
         self._starting = starting or StartingConfig()
         self._finder = WalkerFinder(bank, self._starting, max_people)
+        self.lookout = lookout or Lookout(lambda image: default_detector().people(image))
         self._boxes: list[Box] = []
         self._given = False
         self._heat_maps = HeatMaps()
@@ -91,6 +101,8 @@ class PeopleTracker:
         self._stamp_ns = 0
         self._finder.stop()
         self._map_finder = MapFinder(self._shapes)
+        self._sightings = Sightings()
+        self.lookout.reset()
 
     @property
     def config(self) -> TrackingConfig:
@@ -190,14 +202,15 @@ class PeopleTracker:
         self._given = self._given or bool(boxes)
         # Before the boxes: what the camera saw until now tells what in them is the person.
         found = self._search(self._scene, at_first=bool(boxes) and not self._scene.views)
+        found += self._sighted(image, [box for box, _ in found])
         started: set[int] = set()
         for box in boxes:
             slot = self._slot_for(box, started)
             started.add(slot)
             self._start(slot, box)
         self._begin_anew()
-        for box, by_walk in found:
-            self._start_found(box, by_walk=by_walk)
+        for box, by in found:
+            self._start_found(box, by)
         return self._observe(self._scene)
 
     def check(self, image: NDArray[np.uint8]) -> None:
@@ -312,14 +325,14 @@ class PeopleTracker:
         confidences = [0.0 if each is None else each.confidence for each in self._slots]
         return min(overlap or range(len(self._slots)), key=lambda slot: confidences[slot])
 
-    def _search(self, scene: Scene, *, at_first: bool) -> list[tuple[Box, bool]]:
+    def _search(self, scene: Scene, *, at_first: bool) -> list[tuple[Box, str]]:
         """
         Remember what the place looks like, and look for people for free slots.
 
         Candidates are looked at by the search until they are confirmed.
 
         :param at_first: whether boxes were given before there was anything to remember.
-        :returns: boxes of people found, in source pixels, and whether by their walk or in a map.
+        :returns: boxes of people found, in source pixels, and by what.
         """
         tracked = [track for track in self.tracks() if track.state == TRACKED]
         candidates = [track for track in self.tracks() if track.probation is not None]
@@ -334,9 +347,10 @@ class PeopleTracker:
         if at_first or given or not (free or candidates or several):
             self._finder.stop()
         else:
-            wanted = bool(free or candidates) and not self._given
+            walk = self._starting.auto_init == 'walk'
+            wanted = bool(free or candidates) and walk and not self._given
             walkers = self._finder.update(scene, boxes[False], tried=boxes[True], wanted=wanted)
-            found = [(box, True) for box in walkers]
+            found = [(box, BY_WALK) for box in walkers]
         heat = self._heat_map
         # A person who is lost is looked for in maps though boxes are given.
         wanted = any(track.state == LOST for track in self.tracks()) if self._given else free
@@ -344,11 +358,44 @@ class PeopleTracker:
             return found if free else []
         if self._starting.auto_init == 'none' and not given:
             return found
-        searched = max(1.0, max(scene.source) / self._starting.search_size)
         known = [*boxes[False], *boxes[True], *(box for box, _ in found)]
-        least = self._starting.least_height * searched
+        least = self._least_height(scene)
         shown = self._map_finder.update(heat, scene.source, known, least)
-        return [*found, *((box, False) for box in shown)]
+        return [*found, *((box, BY_MAP) for box in shown)]
+
+    def _least_height(self, scene: Scene) -> float:
+        """Return the least height of people who are found, in source pixels."""
+        searched = max(1.0, max(scene.source) / self._starting.search_size)
+        return self._starting.least_height * searched
+
+    def _sighted(self, image: NDArray[np.uint8], found: Sequence[Box]) -> list[tuple[Box, str]]:
+        """
+        Have the detector look, and take in what it says of the tracks.
+
+        :param found: boxes of who is found in this frame already, in source pixels.
+        :returns: boxes of people newly found, and that it is by the detector.
+        """
+        tracks = self.tracks()
+        if self._starting.auto_init != 'detector' or (self._given and not tracks):
+            return []
+        tracked = [track for track in tracks if track.state == TRACKED]
+        urgent = (
+            len(tracked) < max(len(tracks), 1)
+            or self._sightings.waiting
+            or any(track.attendance.silent for track in tracked)
+        )
+        sighting = self.lookout.look(image, self._stamp_ns, urgent=urgent)
+        if sighting is None:
+            return []
+        for track in tracks:
+            track.attendance.add(sighting, (track.body, track.box), lost=track.state == LOST)
+        if len(tracked) == len(self._slots):
+            return []
+        assert self._scene is not None
+        least = self._least_height(self._scene)
+        known = [*found, *(box for track in tracked for box in (track.body, track.box))]
+        new = self._sightings.update(sighting, known, least)
+        return [(box, BY_DETECTOR) for box in new]
 
     def _update_states(self, gap_s: float = 0.0) -> None:
         """Let every track go over to its next state, and free the slots of those that end."""
@@ -386,16 +433,17 @@ class PeopleTracker:
                     anew.probation = track.probation
                     self._slots[slot] = anew
 
-    def _start_found(self, box: Box, *, by_walk: bool) -> None:
+    def _start_found(self, box: Box, by: str) -> None:
         """Start a person found in a slot, if there is one."""
         view = self._view_for(box)
-        start = self._estimate(view, box.scaled(view.scale), by_map=not by_walk)
+        tight = self._inner(box) if by == BY_DETECTOR else box
+        start = self._estimate(view, tight.scaled(view.scale), by_map=by == BY_MAP)
         place = slot_for_found(self._slots, view, start)
         # Who gives boxes gives all: others are only found again.
         if place is not None and not (self._given and place[1] is None):
             slot, track_id = place
             track = self._slots[slot] = self._new_track(view, start, track_id)
-            if track_id is None and by_walk:
+            if track_id is None and by == BY_WALK:
                 track.probation = Probation(self._stamp_ns)
         self._drop_unused()
 
@@ -403,9 +451,14 @@ class PeopleTracker:
         """Start the person in a box that was given."""
         self._slots[slot] = None
         self._drop_unused()
-        view, margin = self._view_for(box), self._config.box_margin
-        inner = box.padded(-margin * box.width, -margin * box.height).scaled(view.scale)
+        view = self._view_for(box)
+        inner = self._inner(box).scaled(view.scale)
         self._slots[slot] = self._new_track(view, self._estimate(view, inner))
+
+    def _inner(self, box: Box) -> Box:
+        """Return a box without the margin that those have which others draw."""
+        margin = self._config.box_margin
+        return box.padded(-margin * box.width, -margin * box.height)
 
     def _new_track(self, view: View, start: FirstMask, track_id: int | None = None) -> Track:
         number = next(self._ids) if track_id is None else track_id

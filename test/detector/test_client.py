@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from gait_segmentation.detector import client
-from gait_segmentation.detector.client import PYTHON, Detector, DetectorError, detector_python
-from gait_segmentation.errors import ConfigError, InputError
+from gait_segmentation.detector.client import PYTHON, Detector, detector_python
+from gait_segmentation.errors import ConfigError, DetectorError, InputError
 from test.detectors import ENDLESS, FATAL, fake_python, image
 
 

@@ -14,6 +14,8 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CompressedImage, Image, RegionOfInterest
 from std_srvs.srv import SetBool, Trigger
 
+from gait_segmentation.detector.person_detector import Detection
+from gait_segmentation.errors import DetectorError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_bgr, read_mono8
 from gait_segmentation.nodes import camera_node
@@ -287,3 +289,26 @@ def test_heat_maps_start_tracks(bench: Bench) -> None:
     assert node.status()['heat map'] == 'in use'
     bench.feed(camera, [frame(60)])
     assert node.status()['heat map'] == 'none'
+
+
+def test_the_detector_looks_beside_the_frames(bench: Bench, monkeypatch) -> None:
+    looks = [DetectorError('no network'), [Detection(Box(*BOX), 0.9)]]
+
+    def people(image: np.ndarray) -> list[Detection]:
+        found = looks.pop(0) if len(looks) > 1 else looks[0]
+        if isinstance(found, DetectorError):
+            raise found
+        return found
+
+    monkeypatch.setattr(camera_node, 'default_detector', lambda: SimpleNamespace(people=people))
+    node = bench.add(TrackerNode, **{'starting.auto_init': 'detector'})
+    bench.record_outputs('person_0/box')
+    camera = bench.publisher(Image, 'image', 1)
+    bench.feed(camera, [frame(0)])
+    bench.until(lambda: 'detector' in node.warnings.keys, 'the warning')
+    assert node.status()['detector'] == 'no network'
+    for index in range(1, 30):
+        bench.feed(camera, [frame(4 * index)])
+    assert boxes(bench)[0] == 0
+    assert boxes(bench)[-1] == 4
+    assert node.status()['detector'].startswith('sees 1, ')

@@ -109,11 +109,11 @@ def shaken() -> Iterable[np.ndarray]:
 @pytest.mark.parametrize(
     ('images', 'auto'),
     [
-        (rigid(0.4), 'motion'),
-        (rigid(1.5), 'motion'),
-        (shaken(), 'motion'),
-        ((noisy(np.full((120, 160, 3), 128.0), number) for number in range(30)), 'motion'),
-        ((np.full((3, 5, 3), number, np.uint8) for number in range(12)), 'motion'),
+        (rigid(0.4), 'walk'),
+        (rigid(1.5), 'walk'),
+        (shaken(), 'walk'),
+        ((noisy(np.full((120, 160, 3), 128.0), number) for number in range(30)), 'walk'),
+        ((np.full((3, 5, 3), number, np.uint8) for number in range(12)), 'walk'),
         (walk(), 'none'),
     ],
     ids=['narrow', 'broad', 'shaken', 'noise', 'tiny', 'off'],

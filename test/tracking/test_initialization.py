@@ -82,7 +82,7 @@ def finder(monkeypatch: pytest.MonkeyPatch) -> Finder:
 def test_people_found_get_free_slots_and_are_told_to_the_finder(
     finder: Finder, slots: int
 ) -> None:
-    told = Told(slots, 'motion')
+    told = Told(slots, 'walk')
     assert ids(told.show(Figure(60))) == [0] * slots
     finder.find(Figure(60))
     for figure in step([Figure(60)] * ON_TRIAL):
@@ -99,7 +99,7 @@ def test_people_found_get_free_slots_and_are_told_to_the_finder(
 def test_who_was_found_leaves_the_slot_after_a_second_without_the_shape_of_a_body(
     finder: Finder, fits: bool
 ) -> None:
-    told = Told(1, 'motion')
+    told = Told(1, 'walk')
     figures = step(walk(Figure(60), 40))
     finder.find(figures[0])
     slots = []
@@ -119,7 +119,7 @@ def test_who_was_found_leaves_the_slot_after_a_second_without_the_shape_of_a_bod
 
 
 def test_nobody_is_looked_for_once_boxes_are_given_until_a_reset(finder: Finder) -> None:
-    told = Told(2, 'motion')
+    told = Told(2, 'walk')
     told.tracker.initialize(Box(500, 10, 20, 50))
     with pytest.raises(InputError):
         told.show(Figure(60))
@@ -138,7 +138,7 @@ def test_nobody_is_looked_for_once_boxes_are_given_until_a_reset(finder: Finder)
     assert finder.wanted
 
 
-@pytest.mark.parametrize('auto', ['none', 'motion'])
+@pytest.mark.parametrize('auto', ['none', 'walk'])
 def test_a_box_starts_before_what_the_camera_has_seen(auto: str) -> None:
     board, figure = (75, 125), Figure(60)
     image, (mask,) = picture([figure], boards=[board])
@@ -162,7 +162,7 @@ def test_a_box_starts_before_what_the_camera_has_seen(auto: str) -> None:
 def test_somebody_found_is_the_lost_one_only_in_the_same_clothes(
     finder: Finder, coat: tuple[int, int, int], track_id: int
 ) -> None:
-    told = Told(1, 'motion', patience=5.0)
+    told = Told(1, 'walk', patience=5.0)
     out = walk(Figure(260), 25, 4.0)
     finder.find(out[0])
     for figure in out:
@@ -209,7 +209,7 @@ def test_of_those_who_are_lost_the_one_lost_longest_makes_room() -> None:
 
 
 def test_people_are_found_in_the_heat_map_of_a_frame_and_not_in_a_late_one() -> None:
-    told, (image, _) = Told(1, 'motion'), picture([])
+    told, (image, _) = Told(1, 'walk'), picture([])
     template, heat = small_bank().templates[0, 0], np.zeros(image.shape[:2], np.uint8)
     heat[40 : 40 + template.shape[0], 100 : 100 + template.shape[1]] = template
     image[heat > 127] = GREEN

@@ -97,7 +97,7 @@ def test_boxes_are_given_or_not_and_what_is_set_stays(made, folder):
     for options in ([], ['--init', 'auto'], ['--init', 'auto', '--set', 'people.max_people=2']):
         assert main([str(folder), *options]) == 0
     assert [each.box is None for each in made] == [False, True, True]
-    assert [each.config.starting.auto_init for each in made] == ['none', 'motion', 'motion']
+    assert [each.config.starting.auto_init for each in made] == ['none', 'detector', 'detector']
     assert [each.config.people.max_people for each in made] == [1, 1, 2]
 
 

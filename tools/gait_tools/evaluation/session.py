@@ -234,7 +234,7 @@ class Session:
     def _suited(self, config: Any, slots: int, *, auto: bool) -> Any:
         """Return a configuration with a number of slots (0 as it is) that starts by itself."""
         changes: dict[tuple[str, str], Any] = {
-            ('starting', 'auto_init'): 'motion' if auto else 'none'
+            ('starting', 'auto_init'): 'detector' if auto else 'none'
         }
         if slots > 0:
             changes['people', 'max_people'] = slots

@@ -1,0 +1,111 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A small network that says where people are, in this process, by OpenCV's ``dnn``."""
+
+from __future__ import annotations
+
+import gzip
+import math
+import threading
+import zlib
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.errors import DetectorError
+from gait_segmentation.geometry import Box
+from gait_segmentation.images import check_image
+
+MODEL = Path(__file__).with_name('person_detector.onnx.gz')
+"""The network; where it comes from and its licence are told by the text beside it."""
+
+_SIDE = 320
+"""Longer side of the image that the network sees, in pixels."""
+
+_MULTIPLE = 32
+"""Both sides are filled up to a multiple of this."""
+
+_GREY = (127.5, 127.5, 127.5)
+_CELL = 4
+"""Pixels of that image which a cell of the network's output stands for."""
+
+_LEAST, _OVERLAP = 0.15, 0.6
+"""Score from which somebody is told of, and overlap of two boxes of one person."""
+
+
+@dataclass(frozen=True)
+class Detection:
+    """A person in an image: a tight box in pixels of the image, and how sure that is (0..1)."""
+
+    box: Box
+    score: float
+
+
+class PersonDetector:
+    """Detects people in single images; may be called by several threads."""
+
+    def __init__(self, path: Path = MODEL) -> None:
+        """
+        Load the network.
+
+        :raises DetectorError: if this version of OpenCV cannot.
+        """
+        try:
+            content = np.frombuffer(gzip.decompress(path.read_bytes()), np.uint8)
+            self._net = cv2.dnn.readNetFromONNX(content)
+        except (OSError, EOFError, zlib.error, cv2.error) as error:
+            raise DetectorError(
+                f'OpenCV {cv2.__version__} cannot load {path} ({" ".join(str(error).split())}); '
+                'starting.auto_init: walk does without'
+            ) from error
+        self._lock = threading.Lock()
+
+    def people(self, image: NDArray[np.uint8]) -> list[Detection]:
+        """
+        Detect people.
+
+        :param image: (H, W, 3) uint8 BGR.
+        :returns: who is seen, the surest first.
+        :raises InputError: if it is no image.
+        """
+        check_image(image)
+        height, width = image.shape[:2]
+        scale = _SIDE / max(height, width)
+        columns, rows = max(1, round(width * scale)), max(1, round(height * scale))
+        how = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+        small = cv2.resize(image, (columns, rows), interpolation=how)
+        below, right = -rows % _MULTIPLE, -columns % _MULTIPLE
+        small = cv2.copyMakeBorder(small, 0, below, 0, right, cv2.BORDER_CONSTANT)
+        with self._lock:
+            self._net.setInput(cv2.dnn.blobFromImage(small, mean=_GREY))
+            logits, *sizes = self._net.forward()[0]
+        # One person has one peak.
+        peaks = logits == cv2.dilate(logits, np.ones((3, 3), np.uint8))
+        y, x = np.nonzero(peaks & (logits > math.log(_LEAST / (1 - _LEAST))))
+        tall, wide, dy, dx = (each[y, x] for each in sizes)
+        boxes = np.stack([x + dx - wide / 2, y + dy - tall / 2, wide, tall], 1)
+        boxes *= _CELL * np.tile([width / columns, height / rows], 2)
+        scores = 1 / (1 + np.exp(-logits[y, x]))
+        kept = cv2.dnn.NMSBoxes(boxes.tolist(), scores.tolist(), _LEAST, _OVERLAP)
+        found = []
+        for index in np.reshape(np.array(kept, int), -1):
+            left, top, across, down = boxes[index].tolist()
+            if across > 0 and down > 0:
+                box = Box(left, top, across, down).clipped(width, height)
+                if box is not None:
+                    found.append(Detection(box, float(scores[index])))
+        return found
+
+
+@cache
+def default_detector() -> PersonDetector:
+    """
+    Return the detector that all of this process share.
+
+    :raises DetectorError: if it cannot be loaded.
+    """
+    return PersonDetector()

@@ -1,0 +1,55 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from gait_segmentation.detector.person_detector import PersonDetector, default_detector
+from gait_segmentation.errors import DetectorError, InputError
+from gait_segmentation.geometry import Box
+
+# A woman walks past a building; below is her silhouette.
+PICTURE = Path(__file__).parents[2] / 'docs/images/demo.webp'
+WOMAN = Box(491, 27, 45, 164)
+
+
+def picture():
+    return cv2.imread(str(PICTURE))[:212]
+
+
+def sure(image):
+    return [each.box for each in default_detector().people(image) if each.score > 0.5]
+
+
+@pytest.mark.parametrize('scale', [0.5, 1.0, 2.0])
+@pytest.mark.parametrize('mirrored', [False, True])
+def test_a_person_is_seen_where_they_are_whatever_the_size_of_the_image(scale, mirrored):
+    image = picture()
+    x = image.shape[1] - WOMAN.right if mirrored else WOMAN.x
+    image = cv2.resize(image[:, ::-1] if mirrored else image, None, fx=scale, fy=scale)
+    (box,) = sure(image)
+    assert box.iou(Box(x, WOMAN.y, WOMAN.width, WOMAN.height).scaled(scale)) > 0.7
+
+
+@pytest.mark.parametrize('shape', [(1, 1), (3, 900), (480, 640), (212, 560)])
+def test_nobody_is_seen_where_nothing_is(shape):
+    assert default_detector().people(np.full((*shape, 3), 200, np.uint8)) == []
+
+
+def test_every_look_gives_the_same():
+    first, second = PersonDetector().people(picture()), default_detector().people(picture())
+    assert first == second
+    assert first == sorted(first, key=lambda each: -each.score)
+
+
+def test_what_is_no_image_or_no_network_is_refused(tmp_path):
+    with pytest.raises(InputError):
+        default_detector().people(np.zeros((10, 10), np.uint8))
+    spoilt = tmp_path / 'spoilt.onnx.gz'
+    for content in (None, b'', b'text', PersonDetector.__doc__.encode()):
+        if content is not None:
+            spoilt.write_bytes(content)
+        with pytest.raises(DetectorError, match=r'spoilt.onnx.gz.*auto_init: walk'):
+            PersonDetector(spoilt)

@@ -1,0 +1,36 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from gait_segmentation.detector.lookout import Sighting
+from gait_segmentation.detector.person_detector import Detection
+from gait_segmentation.geometry import Box
+from gait_segmentation.starting.sightings import Sightings
+
+BOX, OTHER = Box(10, 10, 40, 100), Box(200, 30, 30, 80)
+
+
+def seen(seconds, *people):
+    return Sighting(round(seconds * 1e9), tuple(Detection(box, score) for box, score in people))
+
+
+def test_who_is_seen_for_certain_is_found_at_once_the_tallest_first():
+    assert Sightings().update(seen(1, (OTHER, 0.9), (BOX, 0.7)), [], 20) == [BOX, OTHER]
+
+
+def test_who_is_not_so_certain_must_be_seen_again_within_a_second_at_the_same_place():
+    for seconds, box, found in (
+        (1.4, BOX.shifted(8, 0), True),
+        (2.5, BOX, False),
+        (1.4, BOX.shifted(60, 0), False),
+    ):
+        sightings = Sightings()
+        assert sightings.update(seen(1, (BOX, 0.4)), [], 20) == []
+        assert sightings.waiting
+        assert sightings.update(seen(seconds, (box, 0.4)), [], 20) == ([box] if found else [])
+        assert sightings.waiting is not found
+
+
+def test_nobody_is_found_who_is_tracked_small_or_hardly_like_a_person():
+    sightings = Sightings()
+    for _ in range(3):
+        people = seen(1, (BOX, 0.9), (OTHER, 0.9), (BOX.shifted(300, 0), 0.2))
+        assert sightings.update(people, [BOX.shifted(3, 3)], 90) == []

@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+import pytest
+
+from gait_segmentation.detector.lookout import Lookout, Sighting
+from gait_segmentation.detector.person_detector import Detection
+from gait_segmentation.geometry import Box
+from gait_segmentation.tracking.attendance import Attendance
+from test.tracking.figures import Figure, Told, picture, walk
+
+BOX = Box(10, 10, 40, 100)
+HERE = Sighting(1, (Detection(BOX.shifted(5, 5), 0.4),))
+ELSEWHERE = Sighting(1, (Detection(BOX.shifted(100, 0), 0.9),))
+
+
+def misses_until_doubted(*sightings):
+    attendance = Attendance()
+    for each in sightings:
+        attendance.add(each, [BOX])
+        assert not attendance.is_doubted
+    for count in range(1, 1000):
+        attendance.add(ELSEWHERE, [BOX])
+        if attendance.is_doubted:
+            attendance.add(HERE, [BOX])
+            assert not attendance.is_doubted
+            return count
+    return 0
+
+
+def test_silence_says_the_more_the_more_reliably_somebody_was_seen_before():
+    always, often = [HERE] * 12, [HERE, HERE, ELSEWHERE] * 4
+    rarely = [HERE, ELSEWHERE, ELSEWHERE, ELSEWHERE] * 3
+    assert misses_until_doubted(*always) <= 3
+    assert 3 < misses_until_doubted(*often) < misses_until_doubted(*rarely)
+
+
+def test_somebody_lost_is_not_whatever_is_a_little_like_a_person():
+    attendance = Attendance()
+    for each in [HERE] * 12 + [ELSEWHERE] * 6:
+        attendance.add(each, [BOX])
+    attendance.add(HERE, [BOX], lost=True)
+    assert attendance.is_doubted
+    attendance.add(Sighting(1, (Detection(BOX, 0.9),)), [BOX], lost=True)
+    assert not attendance.is_doubted
+
+
+class Network:
+    """A detector that sees what it is told to."""
+
+    def __init__(self):
+        self.boxes = []
+
+    def __call__(self, image):
+        return [Detection(box, 0.9) for box in self.boxes]
+
+
+def told(slots=1):
+    network = Network()
+    result = Told(slots, 'detector')
+    result.tracker.lookout = Lookout(network)
+    return result, network
+
+
+def test_who_is_seen_is_tracked_and_followed():
+    track, network = told()
+    for number, figure in enumerate(walk(Figure(60), 20)):
+        network.boxes = [figure.box]
+        (result,) = track.show(figure)
+        assert result.state == 'tracked', number
+        assert result.body.iou(figure.box) > 0.5
+
+
+@pytest.mark.parametrize('given', [True, False])
+def test_who_is_not_seen_any_more_is_gone_though_the_place_looks_like_them(given):
+    track, network = told()
+    figure = Figure(100)
+    if given:
+        track.start(figure)
+    network.boxes = [figure.box]
+    for _ in range(60):
+        (result,) = track.show(figure)
+    assert result.state == 'tracked'
+    network.boxes = []
+    states = [track.show(figure)[0] for _ in range(30)]
+    assert states[-1].state != 'tracked'
+    assert 'detector' in states[-1].reason
+    network.boxes = [figure.box]
+    for _ in range(10):
+        (result,) = track.show(figure)
+    assert (result.state, result.track_id) == ('tracked', 1)
+
+
+def test_whoever_gives_boxes_gives_all():
+    track, network = told(2)
+    track.start(Figure(60))
+    network.boxes = [Figure(60).box, Figure(200).box]
+    for _ in range(10):
+        results = track.show(Figure(60), Figure(200))
+    assert [each.state for each in results] == ['tracked', 'empty']
+
+
+def test_without_a_detector_nothing_is_asked():
+    track = Told(1, 'walk')
+    track.tracker.lookout = Lookout(lambda image: pytest.fail('it was'))
+    for _ in range(3):
+        track.see(*picture([]))
