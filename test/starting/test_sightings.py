@@ -1,5 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+import pytest
+
 from gait_segmentation.detector.lookout import Sighting
 from gait_segmentation.detector.person_detector import Detection
 from gait_segmentation.geometry import Box
@@ -16,17 +18,24 @@ def test_who_is_seen_for_certain_is_found_at_once_the_tallest_first():
     assert Sightings().update(seen(1, (OTHER, 0.9), (BOX, 0.7)), [], 20) == [BOX, OTHER]
 
 
-def test_who_is_not_so_certain_must_be_seen_again_within_a_second_at_the_same_place():
-    for seconds, box, found in (
-        (1.4, BOX.shifted(8, 0), True),
-        (2.5, BOX, False),
-        (1.4, BOX.shifted(60, 0), False),
-    ):
-        sightings = Sightings()
-        assert sightings.update(seen(1, (BOX, 0.4)), [], 20) == []
-        assert sightings.waiting
-        assert sightings.update(seen(seconds, (box, 0.4)), [], 20) == ([box] if found else [])
-        assert sightings.waiting is not found
+@pytest.mark.parametrize(
+    ('score', 'seconds', 'box', 'found'),
+    [
+        (0.5, 1.4, BOX, True),
+        (0.5, 2.5, BOX, False),
+        (0.5, 1.4, BOX.shifted(60, 0), False),
+        (0.4, 1.4, BOX.shifted(3, 3), False),
+        (0.4, 1.4, BOX.shifted(8, 8), True),
+        (0.2, 1.4, BOX.shifted(8, 8), False),
+    ],
+)
+def test_who_is_not_so_certain_must_be_seen_again_or_move(score, seconds, box, found):
+    sightings = Sightings()
+    assert sightings.update(seen(1, (BOX, score)), [], 20) == []
+    # What does not move is compared with where it was first.
+    for _ in range(2):
+        assert sightings.update(seen(1.2, (BOX, min(score, 0.4))), [], 20) == []
+    assert sightings.update(seen(seconds, (box, score)), [], 20) == ([box] if found else [])
 
 
 def test_nobody_is_found_who_is_tracked_small_or_hardly_like_a_person():
