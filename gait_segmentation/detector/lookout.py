@@ -4,8 +4,11 @@
 
 from __future__ import annotations
 
+import os
+import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +18,8 @@ from gait_segmentation.detector.person_detector import Detection
 
 _CALM_NS, _URGENT_NS = 400_000_000, 100_000_000
 """Time between two looks while all is well, and while somebody is looked for."""
+
+_NICENESS = 10
 
 Detect = Callable[[NDArray[np.uint8]], Sequence[Detection]]
 
@@ -43,7 +48,7 @@ class Lookout:
         :param detect: see :meth:`PersonDetector.people`.
         """
         self._detect = detect
-        self.pool = ThreadPoolExecutor(1, 'lookout') if threaded else None
+        self.pool = ThreadPoolExecutor(1, 'lookout', _give_way) if threaded else None
         self.reset()
 
     def reset(self) -> None:
@@ -77,3 +82,9 @@ class Lookout:
 
     def _sighting(self, image: NDArray[np.uint8], stamp_ns: int) -> Sighting:
         return Sighting(stamp_ns, tuple(self._detect(image)))
+
+
+def _give_way() -> None:
+    """Let the threads that frames wait for go first, where that can be had (Linux)."""
+    with suppress(OSError, AttributeError):
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICENESS)
