@@ -11,7 +11,7 @@ other synthetic walkers and things to the pipeline instead and says which get a 
 which keep it for more than a second::
 
     python benchmarks/walking.py --data DIR [--without DIR] [--walkers 40] [--seeds 3]
-        [--write | --check]
+        [--write | --check [--by detector]]
 
 ``DIR`` holds clips with ``frames``, ``masks`` of one person, ``sequence.yaml`` and, where there
 are more people, a network's maps of all in ``rvm``.  People are what overlaps the true box by an
@@ -48,7 +48,7 @@ from gait_segmentation.files.image_files import read_heat_map
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input
-from gait_segmentation.pipeline import Pipeline
+from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.scene.scene import Scene
 from gait_segmentation.starting import StartingConfig, WalkerFinder
 from gait_segmentation.starting.finder import MODEL_FILE
@@ -199,8 +199,9 @@ class Slot(NamedTuple):
     kept: bool
 
 
-def slot_of(frames: Iterable[Frame]) -> Slot | None:
-    pipeline, first, iou = Pipeline(), 0, 0.0
+def slot_of(frames: Iterable[Frame], by: str) -> Slot | None:
+    starting = StartingConfig(auto_init=by)
+    pipeline, first, iou = Pipeline(PipelineConfig(starting=starting)), 0, 0.0
     since: dict[int, int] = {}
     kept = False
     for number, (image, stamp_ns, truth, _) in enumerate(frames):
@@ -214,15 +215,15 @@ def slot_of(frames: Iterable[Frame]) -> Slot | None:
     return Slot(first, iou, kept) if since else None
 
 
-def check(walkers: range, seeds: range, films: list[Path]) -> None:
+def check(walkers: range, seeds: range, films: list[Path], by: str) -> None:
     """Print which clips give a slot."""
-    right = [slot_of(walker(seed)) for seed in walkers]
+    right = [slot_of(walker(seed), by) for seed in walkers]
     frames = [each.first for each in right if each is not None and each.iou >= RIGHT]
     mean = statistics.fmean(frames) if frames else None
     print(f'found {len(frames)} of {len(right)} walkers, in the mean in frame {mean}')
     print(f'{sum(each.kept for each in right if each is not None)} keep a slot')
-    slots = {f'{name} {seed}': slot_of(thing(name, seed)) for name in THINGS for seed in seeds}
-    slots |= {each.name: slot_of(without(each)) for each in films}
+    slots = {f'{name} {seed}': slot_of(thing(name, seed), by) for name in THINGS for seed in seeds}
+    slots |= {each.name: slot_of(without(each), by) for each in films}
     wrong = {name: each for name, each in slots.items() if each is not None}
     kept = [name for name, each in wrong.items() if each.kept]
     print(f'{len(wrong)} of {len(slots)} things get a slot')
@@ -237,12 +238,15 @@ def main() -> None:
     parser.add_argument('--seeds', type=int, default=3, help='clips of each kind of thing')
     parser.add_argument('--write', action='store_true', help='change walking.json')
     parser.add_argument('--check', action='store_true', help='play other clips')
+    parser.add_argument(
+        '--by', choices=('walk', 'detector'), default='walk', help='of --check: starting.auto_init'
+    )
     options = parser.parse_args()
     cv2.setNumThreads(1)
     films = sorted(options.without.iterdir()) if options.without else []
     if options.check:
         walkers, seeds = options.walkers, options.seeds
-        check(range(walkers, 2 * walkers), range(seeds, 2 * seeds), films)
+        check(range(walkers, 2 * walkers), range(seeds, 2 * seeds), films, options.by)
         return
     clips = sorted(each.parent for each in (options.data or Path()).glob('*/sequence.yaml'))
     if not clips:
