@@ -12,12 +12,13 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.starting.sightings import SURE
 
 _ABSENT = math.log(200)
-"""Log-odds of silence by chance from which nobody is there."""
+"""How much less than certain a silence by chance is, in logarithms, when nobody is there."""
 
 _MEMORY = 20
 """Looks that the share of those in which somebody was seen is taken over, at most."""
 
 _SAME_PERSON = 0.3
+"""Intersection over union from which a box that the detector saw is theirs."""
 
 
 class Attendance:
@@ -42,11 +43,6 @@ class Attendance:
         """Return whether they were seen so often, and now are not, that nobody is there."""
         return self._silence >= _ABSENT
 
-    @property
-    def is_confirmed(self) -> bool:
-        """Return whether they were seen again and again."""
-        return self._seen >= 3 and not self.silent
-
     def add(self, sighting: Sighting, boxes: Sequence[Box], *, lost: bool = False) -> None:
         """
         Take in a look at the whole image.
@@ -58,7 +54,7 @@ class Attendance:
         least = SURE if lost else 0.0
         people = [person.box for person in sighting.people if person.score >= least]
         if any(box.iou(other) >= _SAME_PERSON for box in boxes for other in people):
-            # Misses before count only now, when they were no absence.
+            # Misses tell how reliably they are seen only if they were there, as is known now.
             self._looks += self._missed + 1
             self._seen += 1
             fade = min(1.0, _MEMORY / self._looks)

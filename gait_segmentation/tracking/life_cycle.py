@@ -28,7 +28,8 @@ def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str,
     the shape of a body, and confirmed after three.  A tracked person begins anew when a heat map
     overrules the masks, and is lost in a gap, outside of the image, and when too little is seen in
     two frames in a row.  A lost person is tracked again when they are found, and ended when they
-    are not for so long as ``patience`` says.
+    are not for so long as ``patience`` says.  Whom a detector saw reliably and does not any more
+    is lost until it sees them again.
 
     :param stamp_ns: of the newest frame.
     :param gap_s: seconds without a frame before that.
@@ -37,7 +38,7 @@ def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str,
     if probation is not None:
         if lost and track.is_inside:
             return ENDED, 'it vanished in the open'
-        if not (track.attendance.is_confirmed or probation.is_passed(stamp_ns)):
+        if not probation.is_passed(stamp_ns):
             return ENDED, 'it has not the shape of a body'
     if track.state == TRACKED and track.witness is not None and track.witness.overrules:
         return ANEW, 'the heat map has long shown a body where the mask has none'
