@@ -27,7 +27,10 @@ _SIDE = 320
 """Longer side of the image that the network sees, in pixels."""
 
 _MULTIPLE = 32
-"""Both sides are filled up to a multiple of this."""
+"""
+Both sides are filled up to a multiple of this, and at least two of it: where the coarsest features
+have one row, OpenCV 5.0 reads what it has not written.
+"""
 
 _GREY = (127.5, 127.5, 127.5)
 _CELL = 4
@@ -78,7 +81,7 @@ class PersonDetector:
         columns, rows = max(1, round(width * scale)), max(1, round(height * scale))
         how = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
         small = cv2.resize(image, (columns, rows), interpolation=how)
-        below, right = -rows % _MULTIPLE, -columns % _MULTIPLE
+        below, right = (max(-side % _MULTIPLE, 2 * _MULTIPLE - side) for side in (rows, columns))
         small = cv2.copyMakeBorder(small, 0, below, 0, right, cv2.BORDER_CONSTANT)
         with self._lock:
             self._net.setInput(cv2.dnn.blobFromImage(small, mean=_GREY))
