@@ -14,12 +14,17 @@ SEED ?= $(shell od -An -N4 -tu4 /dev/urandom | tr -d ' ')
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
 
-demo: $(VENV)/demo  ## push a film of a walking woman through the three nodes (PRESET=paper; DETECTOR=mediapipe)
+# Only what has been asked for is fetched.
+NETWORK = $(if $(filter people,$(DETECTOR)),$(BIN)/gait_warm_up --people)
+
+demo: $(VENV)/demo  ## push a film of a walking woman through the three nodes (PRESET=paper; DETECTOR=people)
+	@$(NETWORK)
 	$(BIN)/gait_demo --out $(OUT)/demo $(if $(PRESET),--preset $(PRESET)) $(if $(DETECTOR),--detector $(DETECTOR))
 	@echo 'next, a film of your own: make overlay FILM=walk.mp4'
 
 # Made again each time, as it may be another film of that name.
-overlay: film-given $(VENV)/demo  ## find who is in FILM=walk.mp4: overlay and masks (of three: PEOPLE=3; DETECTOR=mediapipe)
+overlay: film-given $(VENV)/demo  ## find who is in FILM=walk.mp4: overlay and masks (of three: PEOPLE=3; DETECTOR=people)
+	@$(NETWORK)
 	@name=$$(basename '$(FILM)'); place=$$(realpath -m '$(OUT)')/$${name%.*}; \
 	$(BIN)/gait_replay '$(FILM)' --force --out '$(OUT)/replay' --overlay "$$place.mp4" --masks "$${place}_masks" \
 		--set people.max_people=$(or $(PEOPLE),3) $(if $(DETECTOR),--detector $(DETECTOR)) && \

@@ -27,15 +27,13 @@ TOOLS = [
 ]
 # `gait_replay --jobs` and `--dask`.
 ARCHIVE = ['distributed']
-# For `detector:=mediapipe`, best in an environment of its own: see docs/heat_map.md. Of later
-# versions some have no `mediapipe.solutions`.
-MEDIAPIPE = ['mediapipe==0.10.14']
 TEST = [
     'colcon-common-extensions',
     'distributed',
     'hypothesis',
     'mcap-ros2-support',
     'mypy',
+    'onnx',
     'pytest',
     'pytest-cov',
     'pytest-xdist',
@@ -87,13 +85,11 @@ setup(
         'ros': ROS,
         'tools': TOOLS,
         'archive': [*TOOLS, *ARCHIVE],
-        'mediapipe': MEDIAPIPE,
         'test': [*TEST, *TOOLS],
     },
     zip_safe=False,
     entry_points={
         'console_scripts': [
-            'gait_detector = gait_segmentation.nodes.detector_node:main',
             'gait_localizer = gait_segmentation.nodes.localizer_node:main',
             'gait_matcher = gait_segmentation.nodes.matcher_node:main',
             'gait_pipeline = gait_segmentation.nodes.pipeline_node:main',

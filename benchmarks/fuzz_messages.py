@@ -2,15 +2,13 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-Hostile messages to six nodes, with good frames between.
+Hostile messages to five nodes, with good frames between.
 
-gait_tracker, gait_matcher, gait_segmenter and gait_localizer in one namespace, gait_pipeline and
-gait_detector in others run as processes with their defaults, the detector with what only looks
-like a network unless GAIT_DETECTOR_PYTHON names a Python; one client sends them messages and
-requests as
+gait_tracker, gait_matcher, gait_segmenter and gait_localizer in one namespace, and gait_pipeline
+in another run as processes with their defaults; one client sends them messages and requests as
 ``spoilt_messages.py`` spoils them, shows a good frame after every few, and waits for the answers
-to it.  First images are raw, then compressed.  What must hold: no node ends or hangs, tracker,
-pipeline and detector answer every good frame once on each topic, the nodes together log less than
+to it.  First images are raw, then compressed.  What must hold: no node ends or hangs, tracker and
+pipeline answer every good frame once on each topic, the nodes together log less than
 5 lines a second, and none grows by more than 50 MiB.  What libraries print by themselves does not
 count: Fast DDS of bytes that are no message, libpng and libjpeg of spoilt images.  Needs ROS 2::
 
@@ -23,7 +21,6 @@ again, and what was sent before is printed.  Exit code 0: all holds; 1: somethin
 
 from __future__ import annotations
 
-import os
 import re
 import sys
 import tempfile
@@ -56,10 +53,8 @@ from benchmarks.spoilt_messages import (
 )
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.tool import run_tool
-from gait_segmentation.detector.client import PYTHON
 from gait_segmentation.ros.endpoints import LATCHED
 from gait_tools.demo.nodes import Listener, ProcessGroup, ros
-from test.detectors import fake_python
 
 SHARES = {'image': 0.8, 'image/compressed': 0.2}
 """How many of the messages go to nodes with a topic of the camera."""
@@ -83,9 +78,9 @@ _PERSON = {name: kind for name, kind in KINDS.items() if name.startswith('person
 ANSWERS = {
     **{f'split/{name}': _PERSON[name] for name in ('person_0/box', 'person_0/likelihood')},
     **{f'single/{name}': kind for name, kind in _PERSON.items()},
-    **dict.fromkeys(('single/mask', 'single/labels', 'alone/heat_map'), Image),
+    **dict.fromkeys(('single/mask', 'single/labels'), Image),
 }
-"""On which every good frame is to be answered once: by tracker, pipeline and detector."""
+"""On which every good frame is to be answered once: by tracker and pipeline."""
 
 _TWO_READERS = ('image', 'image/compressed', 'person_0/likelihood', 'person_0/matched_box',
                 'person_0/shape_prior')  # fmt: skip
@@ -351,7 +346,6 @@ def main() -> int:
     print(f'seed {options.seed}', flush=True)
     fine, end = True, time.monotonic()
     with ros(), tempfile.TemporaryDirectory() as scratch:
-        os.environ.setdefault(PYTHON, fake_python(Path(scratch)))
         for camera, share in SHARES.items():
             end += 60 * share * options.minutes
             logs = (options.logs or Path(scratch)) / camera.replace('/', '_')

@@ -36,7 +36,6 @@ from gait_segmentation.streams.fields import GAIT_NAMES
 SPACES = {
     **STYLES,
     'split': (*STYLES['split'], 'gait_localizer'),
-    'alone': ('gait_detector',),
 }
 """The nodes, by the namespace they are in."""
 

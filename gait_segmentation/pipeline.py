@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.detector.config import DetectorConfig
 from gait_segmentation.detector.lookout import Lookout
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model import TemplateBank, default_bank
@@ -35,6 +36,7 @@ class PipelineConfig:
     segmentation: SegmentationConfig = field(default_factory=SegmentationConfig)
     people: PeopleConfig = field(default_factory=PeopleConfig)
     starting: StartingConfig = field(default_factory=StartingConfig)
+    detector: DetectorConfig = field(default_factory=DetectorConfig)
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,7 @@ class Pipeline:
         :param bank: the templates; the standard bank if None.
         :param clock: seconds for ``timings_ms``, e.g. ``time.perf_counter``; without it all are
             zero, as ``float()`` is.
-        :param lookout: who looks at whole images; see :class:`.PeopleTracker`.
+        :param lookout: who looks at whole images; if None that of the configuration, in lockstep.
         """
         self._clock = clock
         self.config = config = config or PipelineConfig()
@@ -116,7 +118,7 @@ class Pipeline:
             config.tracking,
             max_people=slots,
             starting=config.starting,
-            lookout=lookout,
+            lookout=lookout or Lookout(config.detector),
         )
         self.matcher = PeopleMatcher(self.bank, config.matching, max_people=slots, threads=threads)
         self.segmenter = PeopleSegmenter(config.segmentation, max_people=slots, threads=threads)

@@ -101,10 +101,10 @@ ARGUMENTS = [
     ),
     DeclareLaunchArgument(
         'detector',
-        default_value='none',
-        choices=['none', 'mediapipe'],
-        description='a network that says where people are, as evidence beside the own: '
-        'mediapipe = gait_detector; what it needs is in docs/heat_map.md',
+        default_value='',
+        description='network that looks at whole images: boxes = the small one of this package; '
+        'people = that and a heat map of everybody; FILE.onnx = your own; empty = as in the '
+        'parameter file',
     ),
     DeclareLaunchArgument(
         'camera_info',
@@ -162,8 +162,6 @@ def _nodes(context):
     names = list(NODES[given['style']])
     if given['localize'] == 'true':
         names.append('gait_localizer')
-    if given['detector'] != 'none':
-        names.append('gait_detector')
     shown = [_rviz(given)] if given['rviz'] == 'true' else []
     return [*(_node(name, given) for name in names), *shown]
 
@@ -199,6 +197,8 @@ def _node(name, given):
     }
     if given['max_people']:
         parameters['max_people'] = int(_numbers(given, 'max_people', 1)[0])
+    if given['detector']:
+        parameters['detector.network'] = given['detector']
     if given['initial_box']:
         parameters['initial_box'] = _numbers(given, 'initial_box', 4)
     # Given with or without the suffix that image_transport appends.

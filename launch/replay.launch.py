@@ -74,8 +74,8 @@ def _source(context):
     def given(name):
         return LaunchConfiguration(name).perform(context)
 
-    # Both the tracker and the segmenter read the images, and the detector if there is one.
-    readers = (1 if given('style') == 'single' else 2) + (given('detector') != 'none')
+    # Both the tracker and the segmenter read the images.
+    readers = 1 if given('style') == 'single' else 2
     options = [word for name in ('rate', 'rotate', 'width') for word in (f'--{name}', given(name))]
     options += ['--wait-for', str(readers), '--wait-timeout', '120', '--delay', DELAY_S]
     options += ['--topic', given('topic')] if given('topic') else []

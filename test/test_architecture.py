@@ -142,12 +142,6 @@ ROOT = Path(__file__).parents[1]
 NEVER = (*EXTRAS, 'sklearn', 'matplotlib', 'motmetrics', 'gait_tools')
 OTHERS = {
     'cli.warm_up': (),
-    'nodes.detector_node': (
-        'mediapipe',
-        'gait_segmentation.matching',
-        'gait_segmentation.segmentation',
-        'gait_segmentation.tracking',
-    ),
     'nodes.tracker_node': ('gait_segmentation.pipeline',),
     'nodes.matcher_node': ('gait_segmentation.segmentation', 'gait_segmentation.tracking'),
     'nodes.localizer_node': (

@@ -27,8 +27,9 @@ from gait_segmentation.cli.tool import (
     preset_file,
     run_tool,
 )
-from gait_segmentation.config import overridden
-from gait_segmentation.detector.client import DETECTORS, detector_python
+from gait_segmentation.config import overridden, replaced
+from gait_segmentation.detector.config import BOXES
+from gait_segmentation.detector.networks import open_networks
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.files.image_files import IMAGE_SUFFIXES
 from gait_segmentation.files.output_files import keep_apart
@@ -96,9 +97,9 @@ def parser() -> argparse.ArgumentParser:
     )
     maps.add_argument(
         '--detector',
-        choices=DETECTORS,
-        default='none',
-        help='have a network make the heat map of every frame: mediapipe, in a Python that has it',
+        metavar='NETWORK',
+        help='what looks at whole images: boxes (the default), people, which makes heat maps, or '
+        'FILE.onnx; the same as --set detector.network=NETWORK',
     )
     add_reading_options(made, 'films: their own; folders: 30')
     add_config_options(made)
@@ -134,9 +135,6 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
     :raises ConfigError: if an option cannot be used.
     """
     check_ranges(options, {'jobs': PROCESSORS})
-    if options.detector != 'none' and not options.dask:
-        # Before anything is written; the workers of a cluster have their own.
-        detector_python()
     settings = Settings()
     for path in (options.preset and preset_file(options.preset), options.params):
         if path is not None:
@@ -144,6 +142,12 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
     for path in options.input:
         if path.suffix.lower() in IMAGE_SUFFIXES and path.is_file():
             raise ConfigError(f'{path} is a single picture: give the folder, {path.parent}')
+    config = overridden(settings.config, options.set)
+    if options.detector:
+        config = replaced(config, 'detector', 'network', options.detector)
+    if config.detector.network != BOXES and not options.dask:
+        # Before anything is written.
+        open_networks(config.detector.network)
     several = len(options.input) > 1
     jobs = []
     for path, name in zip(options.input, names_of(options.input), strict=True):
@@ -155,13 +159,12 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
         jobs.append(
             Job(
                 input=path,
-                config=overridden(settings.config, options.set),
+                config=config,
                 outputs=outputs,
                 reading={each: getattr(options, each) for each in READING},
                 bank=options.bank or settings.bank.bank,
                 box=Box(*options.box) if options.box is not None else settings.start.box(),
                 heat_map=options.heat_map,
-                detector=options.detector,
             )
         )
     return jobs

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A look at the whole image now and then, by a network that nothing here has taught."""
+"""A look at the whole image now and then, by networks that nothing here has taught."""
 
 from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
@@ -14,74 +14,130 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.detector.config import BOXES, DetectorConfig
+from gait_segmentation.detector.networks import Networks, open_networks
 from gait_segmentation.detector.person_detector import Detection
-
-_CALM_NS, _URGENT_NS = 400_000_000, 100_000_000
-"""Time between two looks while all is well, and while somebody is looked for."""
+from gait_segmentation.errors import GaitSegmentationError
 
 _NICENESS = 10
-
-Detect = Callable[[NDArray[np.uint8]], Sequence[Detection]]
 
 
 @dataclass(frozen=True)
 class Sighting:
-    """Who was seen in the frame of a stamp."""
+    """
+    What was seen in the frame of a stamp.
+
+    ``people`` is None where nobody was looked for; ``heat_map`` is (h, w) uint8, P(person), if
+    there is a network for that; ``error`` says why nothing can be seen.
+    """
 
     stamp_ns: int
-    people: tuple[Detection, ...]
+    people: tuple[Detection, ...] | None
+    heat_map: NDArray[np.uint8] | None = None
+    seconds: float = 0.0
+    error: str = ''
 
 
 class Lookout:
     """
-    Decides which frames a detector looks at, and has it look.
+    Decides which frames the networks look at, and has them look.
 
-    In lockstep it looks at once, so that every run gives the same bits.  With a thread of its own
-    no frame waits for it: it looks at the newest frame when it has done with the last one, and
-    what it saw comes some frames late.
+    In lockstep they look at once, so that every run gives the same bits.  With a thread of its own
+    no frame waits for them: they look at the newest frame when they have done with the last one,
+    and what they saw comes some frames late.
     """
 
-    def __init__(self, detect: Detect, *, threaded: bool = False) -> None:
+    def __init__(
+        self,
+        config: DetectorConfig | None = None,
+        networks: Networks | None = None,
+        *,
+        threaded: bool = False,
+        clock: Callable[[], float] = float,
+    ) -> None:
         """
         Prepare for the first frame.
 
-        :param detect: see :meth:`PersonDetector.people`.
+        :param networks: what looks; if None that of the configuration, loaded at the first look.
+        :param clock: seconds for the sightings, e.g. ``time.perf_counter``.
         """
-        self._detect = detect
+        self._config = config or DetectorConfig()
+        self._networks = networks
         self.pool = ThreadPoolExecutor(1, 'lookout', _give_way) if threaded else None
+        self._clock = clock
+        self._blind = False
         self.reset()
 
     def reset(self) -> None:
         """Look at the next frame, whatever its stamp is."""
         self._last_ns: int | None = None
         self._running: Future[Sighting] | None = None
+        self._fresh = True
+        self.newest: Sighting | None = None
+        """The newest of all, for the diagnostics."""
 
-    def look(self, image: NDArray[np.uint8], stamp_ns: int, *, urgent: bool) -> Sighting | None:
+    def look(
+        self, image: NDArray[np.uint8], stamp_ns: int, *, boxes: bool = True, urgent: bool
+    ) -> Sighting | None:
         """
         Take in a frame.
 
         :param image: (H, W, 3) uint8 BGR; with a thread it must not be written to any more.
         :param stamp_ns: its stamp.
+        :param boxes: whether it is asked who is in the image.
         :param urgent: whether somebody is missing.
         :returns: what was seen since the last call, in this frame or one before, if there was a
             look.
+        :raises DetectorError: if a network cannot be loaded, or gives what it must not; with a
+            thread the sighting says so.
         """
         seen = None
         if self._running is not None:
             if not self._running.done():
                 return None
             seen, self._running = self._running.result(), None
-        period = _URGENT_NS if urgent else _CALM_NS
-        if self._last_ns is not None and stamp_ns - self._last_ns < period:
+            self.newest = seen
+        # Which networks a file has is known once it is loaded.
+        loaded = self._networks
+        draws = self._config.network != BOXES if loaded is None else loaded.mapper is not None
+        needed = loaded is not None and loaded.mapper is not None and loaded.mapper.needs_people
+        period_s = self._config.calm_period
+        if urgent or needed:
+            period_s = self._config.urgent_period
+        passed = self._last_ns is None or stamp_ns - self._last_ns >= round(1e9 * period_s)
+        due = (boxes or needed) and passed
+        if self._blind or not (due or draws):
             return seen
-        self._last_ns = stamp_ns
+        if due:
+            self._last_ns = stamp_ns
+        fresh, self._fresh = self._fresh, False
         if self.pool is None:
-            return self._sighting(image, stamp_ns)
-        self._running = self.pool.submit(self._sighting, image, stamp_ns)
+            self.newest = self._sighting(image, stamp_ns, due, fresh)
+            return self.newest
+        self._running = self.pool.submit(self._tried, image, stamp_ns, due, fresh)
         return seen
 
-    def _sighting(self, image: NDArray[np.uint8], stamp_ns: int) -> Sighting:
-        return Sighting(stamp_ns, tuple(self._detect(image)))
+    def _tried(self, image: NDArray[np.uint8], stamp_ns: int, due: bool, fresh: bool) -> Sighting:
+        try:
+            return self._sighting(image, stamp_ns, due, fresh)
+        except GaitSegmentationError as error:
+            self._blind = self._networks is None
+            return Sighting(stamp_ns, None, error=str(error))
+
+    def _sighting(
+        self, image: NDArray[np.uint8], stamp_ns: int, due: bool, fresh: bool
+    ) -> Sighting:
+        if self._networks is None:
+            self._networks = open_networks(self._config.network)
+        started = self._clock()
+        mapper, people, heat_map = self._networks.mapper, None, None
+        if due or (mapper is not None and mapper.needs_people and fresh):
+            people = tuple(self._networks.people(image))
+        if mapper is not None:
+            if fresh:
+                mapper.reset()
+            heat_map = mapper.draw(image, people)
+        return Sighting(stamp_ns, people, heat_map, self._clock() - started)
 
 
 def _give_way() -> None:

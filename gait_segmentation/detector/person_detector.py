@@ -36,7 +36,7 @@ _GREY = (127.5, 127.5, 127.5)
 _CELL = 4
 """Pixels of that image which a cell of the network's output stands for."""
 
-_LEAST, _OVERLAP = 0.15, 0.6
+LEAST_SCORE, _OVERLAP = 0.15, 0.6
 """Score from which somebody is told of, and overlap of two boxes of one person."""
 
 
@@ -88,20 +88,33 @@ class PersonDetector:
             logits, *sizes = self._net.forward()[0]
         # One person has one peak.
         peaks = logits == cv2.dilate(logits, np.ones((3, 3), np.uint8))
-        y, x = np.nonzero(peaks & (logits > math.log(_LEAST / (1 - _LEAST))))
+        y, x = np.nonzero(peaks & (logits > math.log(LEAST_SCORE / (1 - LEAST_SCORE))))
         tall, wide, dy, dx = (each[y, x] for each in sizes)
         boxes = np.stack([x + dx - wide / 2, y + dy - tall / 2, wide, tall], 1)
         boxes *= _CELL * np.tile([width / columns, height / rows], 2)
         scores = 1 / (1 + np.exp(-logits[y, x]))
-        kept = cv2.dnn.NMSBoxes(boxes.tolist(), scores.tolist(), _LEAST, _OVERLAP)
-        found = []
-        for index in np.reshape(np.array(kept, int), -1):
-            left, top, across, down = boxes[index].tolist()
-            if across > 0 and down > 0:
-                box = Box(left, top, across, down).clipped(width, height)
-                if box is not None:
-                    found.append(Detection(box, float(scores[index])))
-        return found
+        return detections_of(boxes, scores, image.shape)
+
+
+def detections_of(
+    boxes: NDArray[np.floating], scores: NDArray[np.floating], shape: tuple[int, ...]
+) -> list[Detection]:
+    """
+    Return people, each of them once and inside the image, the surest first.
+
+    :param boxes: (n, 4) left, top, width and height in pixels of the image.
+    :param scores: (n,), 0..1.
+    :param shape: (H, W, ...) of the image.
+    """
+    kept = cv2.dnn.NMSBoxes(boxes.tolist(), scores.tolist(), LEAST_SCORE, _OVERLAP)
+    found = []
+    for index in np.reshape(np.array(kept, int), -1):
+        left, top, across, down = boxes[index].tolist()
+        if across > 0 and down > 0:
+            box = Box(left, top, across, down).clipped(shape[1], shape[0])
+            if box is not None:
+                found.append(Detection(box, float(scores[index])))
+    return found
 
 
 @cache

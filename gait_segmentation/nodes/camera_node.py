@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import Image, RegionOfInterest
 
 from gait_segmentation.config import StageConfig
+from gait_segmentation.detector.config import DetectorConfig
 from gait_segmentation.detector.lookout import Lookout
-from gait_segmentation.detector.person_detector import Detection, default_detector
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import claimed_shape, read_image
@@ -48,6 +48,7 @@ class CameraNode(GaitNode):
         ('', BankConfig),
         ('tracking', TrackingConfig),
         ('starting', StartingConfig),
+        ('detector', DetectorConfig),
     )
 
     tracks: Sequence[TrackResult] = ()
@@ -71,19 +72,10 @@ class CameraNode(GaitNode):
 
     def make_lookout(self) -> Lookout:
         """Return who looks at whole images in a thread, so that no frame waits for them."""
-        self._seen = 'has not looked'
-        return Lookout(self._detect, threaded=True)
-
-    def _detect(self, image: NDArray[np.uint8]) -> Sequence[Detection]:
-        started = time.perf_counter()
-        try:
-            people = default_detector().people(image)
-        except GaitSegmentationError as error:
-            self._seen = str(error)
-            self.warnings.warn('detector', f'nobody is found by the detector: {error}')
-            return ()
-        self._seen = f'sees {len(people)}, {1e3 * (time.perf_counter() - started):.0f} ms'
-        return people
+        self._lookout = Lookout(
+            self.parameters.get(DetectorConfig), threaded=True, clock=time.perf_counter
+        )
+        return self._lookout
 
     def take_image(self, frame: Parts) -> tuple[NDArray[np.uint8], int]:
         """
@@ -98,6 +90,9 @@ class CameraNode(GaitNode):
         stamp_ns = stamp_of(message.header)
         self.enter(stamp_ns)
         self.intake.take(image, stamp_ns)
+        seen = self._lookout.newest
+        if seen is not None and seen.error:
+            self.warnings.warn('detector', f'nobody is found by the detector: {seen.error}')
         if self.intake.shape != before:
             self._size.publish(RegionOfInterest(height=image.shape[0], width=image.shape[1]))
         self.maps.note(stamp_ns, self.parameters.get(TrackingConfig).heat_map_age)
@@ -145,8 +140,16 @@ class CameraNode(GaitNode):
             found[f'track of {slot_name(slot)}'] = told + why
         tracked = sum(track.track_id != 0 for track in tracks)
         maps = {'heat map': 'in use' if self.stage is not None and self.maps.in_use else 'none'}
-        sees = {'detector': self._seen if self.stage is not None else 'none'}
+        sees = {'detector': self._sees() if self.stage is not None else 'none'}
         return {**super().status(), 'people': str(tracked), **found, **sees, **maps}
+
+    def _sees(self) -> str:
+        seen = self._lookout.newest
+        if seen is None:
+            return 'has not looked'
+        if seen.people is None:
+            return seen.error or 'draws a map'
+        return f'sees {len(seen.people)}, {1e3 * seen.seconds:.0f} ms'
 
     def _start(self, message: RegionOfInterest) -> None:
         try:

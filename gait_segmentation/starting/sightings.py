@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from gait_segmentation.detector.lookout import Sighting
+from gait_segmentation.detector.person_detector import Detection
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting.finder import belongs
 
@@ -40,32 +40,35 @@ class Sightings:
         return bool(self._seen)
 
     def update(
-        self, sighting: Sighting, occupied: Sequence[Box], least_height: float
+        self,
+        stamp_ns: int,
+        people: Sequence[Detection],
+        occupied: Sequence[Box],
+        least_height: float,
     ) -> list[Box]:
         """
         Take in a look at the whole image.
 
+        :param people: who was seen in the frame of this stamp.
         :param occupied: boxes of who is tracked, in source pixels.
         :param least_height: of who is found, in source pixels.
         :returns: boxes of people who are not tracked, the tallest first.
         """
         before, self._seen = self._seen, []
         found = []
-        for person in sighting.people:
+        for person in people:
             box = person.box
             if person.score < _DOUBTFUL or box.height < least_height or belongs(box, occupied):
                 continue
             last = max(before, key=lambda seen: box.iou(seen[1]), default=None)
-            if last is not None and (
-                sighting.stamp_ns - last[0] > _AGAIN_NS or box.iou(last[1]) < _SAME
-            ):
+            if last is not None and (stamp_ns - last[0] > _AGAIN_NS or box.iou(last[1]) < _SAME):
                 last = None
             if person.score >= SURE or (
                 last is not None and (person.score >= _LIKELY or _has_moved(last[1], box))
             ):
                 found.append(box)
             else:
-                self._seen.append(last or (sighting.stamp_ns, box))
+                self._seen.append(last or (stamp_ns, box))
         return sorted(found, key=lambda box: -box.height)
 
 

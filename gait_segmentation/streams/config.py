@@ -186,8 +186,7 @@ OF_NODES: tuple[type[StageConfig], ...] = (
 
 
 NODES = tuple(
-    f'gait_{each}'
-    for each in ('detector', 'localizer', 'matcher', 'pipeline', 'segmenter', 'tracker')
+    f'gait_{each}' for each in ('localizer', 'matcher', 'pipeline', 'segmenter', 'tracker')
 )
 """The nodes of this package, which one parameter file may serve."""
 

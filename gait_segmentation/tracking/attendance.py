@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from gait_segmentation.detector.lookout import Sighting
+from gait_segmentation.detector.person_detector import Detection
 from gait_segmentation.geometry import Box
 from gait_segmentation.starting.sightings import SURE
 
@@ -43,17 +43,20 @@ class Attendance:
         """Return whether they were seen so often, and now are not, that nobody is there."""
         return self._silence >= _ABSENT
 
-    def add(self, sighting: Sighting, boxes: Sequence[Box], *, lost: bool = False) -> None:
+    def add(
+        self, people: Sequence[Detection], boxes: Sequence[Box], *, lost: bool = False
+    ) -> None:
         """
         Take in a look at the whole image.
 
+        :param people: who was seen.
         :param boxes: about all of them and about what can be seen, in source pixels.
         :param lost: whether it is not known where they are; something like a person may be
             anywhere.
         """
         least = SURE if lost else 0.0
-        people = [person.box for person in sighting.people if person.score >= least]
-        if any(box.iou(other) >= _SAME_PERSON for box in boxes for other in people):
+        seen = [person.box for person in people if person.score >= least]
+        if any(box.iou(other) >= _SAME_PERSON for box in boxes for other in seen):
             # Misses tell how reliably they are seen only if they were there, as is known now.
             self._looks += self._missed + 1
             self._seen += 1

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import NO_CHROMA, NO_GRADIENT
-from gait_segmentation.detector.lookout import Lookout
-from gait_segmentation.detector.person_detector import default_detector
+from gait_segmentation.detector.lookout import Lookout, Sighting
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, check_body, check_start_box
@@ -74,8 +73,8 @@ class PeopleTracker:
         :param bank: the templates that people are found and first masks estimated with.
         :param max_people: number of slots.
         :param starting: how people are found without a box.
-        :param lookout: who looks at whole images where that asks for a detector; if None the
-            detector of the package, in lockstep.
+        :param lookout: who looks at whole images where that asks for a detector, and makes heat
+            maps if it can; if None the detector of the package, in lockstep.
         """
         self._config = tracking or TrackingConfig()
         self._bank = bank
@@ -84,7 +83,7 @@ class PeopleTracker:
         self._slots: list[Track | None] = [None] * max_people
         self._starting = starting or StartingConfig()
         self._finder = WalkerFinder(bank, self._starting, max_people)
-        self.lookout = lookout or Lookout(lambda image: default_detector().people(image))
+        self.lookout = lookout or Lookout()
         self._boxes: list[Box] = []
         self._given = False
         self._heat_maps = HeatMaps()
@@ -194,6 +193,9 @@ class PeopleTracker:
             # No view has followed the place meanwhile.
             self._scene = Scene(source)
         self._stamp_ns = stamp_ns
+        sighting = self._look(image)
+        if sighting is not None and sighting.heat_map is not None:
+            self.add_heat_map(sighting.heat_map, sighting.stamp_ns)
         newest = self._heat_maps.newest(stamp_ns, self._config.heat_map_age)
         trust = self._map_trust.update(image, stamp_ns, newest)
         self._heat_map = newest and replace(newest, trust=trust)
@@ -202,7 +204,7 @@ class PeopleTracker:
         self._given = self._given or bool(boxes)
         # Before the boxes: what the camera saw until now tells what in them is the person.
         found = self._search(self._scene, at_first=bool(boxes) and not self._scene.views)
-        found += self._sighted(image, [box for box, _ in found])
+        found += self._sighted(sighting, [box for box, _ in found])
         started: set[int] = set()
         for box in boxes:
             slot = self._slot_for(box, started)
@@ -368,33 +370,38 @@ class PeopleTracker:
         searched = max(1.0, max(scene.source) / self._starting.search_size)
         return self._starting.least_height * searched
 
-    def _sighted(self, image: NDArray[np.uint8], found: Sequence[Box]) -> list[tuple[Box, str]]:
+    def _look(self, image: NDArray[np.uint8]) -> Sighting | None:
+        """Have the networks look at the frame, if it is time."""
+        tracks = self.tracks()
+        asked = self._starting.auto_init == 'detector' and bool(tracks or not self._given)
+        urgent = (
+            not tracks
+            or any(track.state == LOST or track.attendance.silent for track in tracks)
+            or self._sightings.waiting
+        )
+        return self.lookout.look(image, self._stamp_ns, boxes=asked, urgent=urgent)
+
+    def _sighted(self, sighting: Sighting | None, found: Sequence[Box]) -> list[tuple[Box, str]]:
         """
-        Have the detector look, and take in what it says of the tracks.
+        Take in what the detector says of the tracks.
 
         :param found: boxes of who is found in this frame already, in source pixels.
         :returns: boxes of people newly found, and that it is by the detector.
         """
+        if self._starting.auto_init != 'detector' or sighting is None or sighting.people is None:
+            return []
         tracks = self.tracks()
-        if self._starting.auto_init != 'detector' or (self._given and not tracks):
-            return []
         tracked = [track for track in tracks if track.state == TRACKED]
-        urgent = (
-            len(tracked) < max(len(tracks), 1)
-            or self._sightings.waiting
-            or any(track.attendance.silent for track in tracked)
-        )
-        sighting = self.lookout.look(image, self._stamp_ns, urgent=urgent)
-        if sighting is None:
-            return []
         for track in tracks:
-            track.attendance.add(sighting, (track.body, track.box), lost=track.state == LOST)
+            track.attendance.add(
+                sighting.people, (track.body, track.box), lost=track.state == LOST
+            )
         if len(tracked) == len(self._slots):
             return []
         assert self._scene is not None
         least = self._least_height(self._scene)
         known = [*found, *(box for track in tracked for box in (track.body, track.box))]
-        new = self._sightings.update(sighting, known, least)
+        new = self._sightings.update(sighting.stamp_ns, sighting.people, known, least)
         return [(box, BY_DETECTOR) for box in new]
 
     def _update_states(self, gap_s: float = 0.0) -> None:

@@ -15,13 +15,12 @@ from gait_segmentation.cli.replay import main, make_jobs, names_of, parser
 from gait_segmentation.cli.replaying.bag_output import Messages
 from gait_segmentation.cli.replaying.outputs import TABLE_COLUMNS
 from gait_segmentation.cli.replaying.run import OUTPUTS, replay
-from gait_segmentation.detector.client import PYTHON
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from test.cli.conftest import BROKEN, FRAMES
-from test.detectors import fake_python
 from test.inputs.bags import stamp
+from test.networks import red_network
 from test.walkers import clip, small_bank
 
 ROOT = Path(__file__).parents[2]
@@ -46,7 +45,7 @@ def masks_of_pipeline(heat_maps: dict[int, np.ndarray]) -> list[np.ndarray]:
     return found
 
 
-@pytest.mark.parametrize('maps', ['none', 'folder', 'detector'])
+@pytest.mark.parametrize('maps', ['none', 'folder', 'network'])
 def test_every_frame_has_the_pipelines_results(
     maps: str, given: list[str], tmp_path: Path, monkeypatch, capsys
 ) -> None:
@@ -60,11 +59,9 @@ def test_every_frame_has_the_pipelines_results(
         del heat_maps[2]
         cv2.imwrite(str(folder / '0002.png'), cv2.merge([heat, 255 - heat, heat]))
         more = ['--heat-map', str(folder)]
-    elif maps == 'detector':
-        monkeypatch.setenv(PYTHON, fake_python(tmp_path))
-        # What is red, in the fake.
+    elif maps == 'network':
         heat_maps = {n: each.image[..., 2] for n, each in enumerate(clip()[:FRAMES])}
-        more = ['--detector', 'mediapipe']
+        more = ['--detector', str(red_network(tmp_path, clip()[0].image.shape))]
     assert main([*given, *more]) == 0
     found = images(tmp_path / 'out/walk', '/mask')
     expected = masks_of_pipeline(heat_maps)
@@ -206,16 +203,18 @@ def test_a_preset_is_what_parameter_file_and_options_begin_with(
 
 
 def test_a_detector_that_cannot_be_used_is_said_before_anything_is_written(
-    given: list[str], tmp_path: Path, monkeypatch, capsys
+    given: list[str], tmp_path: Path, capsys
 ) -> None:
-    monkeypatch.setenv(PYTHON, 'no-such-python')
-    assert main([*given, '--detector', 'mediapipe']) == 2
-    assert 'got no-such-python' in capsys.readouterr().err
+    (tmp_path / 'text.onnx').write_text('no network')
+    for name, why in (
+        ('mediapipe', "must be boxes, people or a file FILE.onnx, got 'mediapipe'"),
+        (str(tmp_path / 'none.onnx'), 'none.onnx cannot be loaded: No such file'),
+        (str(tmp_path / 'text.onnx'), 'text.onnx cannot be loaded: '),
+    ):
+        assert main([*given, '--detector', name]) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert why in line
     with pytest.raises(SystemExit):
-        main([*given, '--detector', 'mediapipe', '--heat-map', str(tmp_path)])
+        main([*given, '--detector', 'people', '--heat-map', str(tmp_path)])
     assert '--heat-map: not allowed with argument --detector' in capsys.readouterr().err
     assert not (tmp_path / 'out').exists()
-    monkeypatch.setenv(PYTHON, fake_python(tmp_path, ''))
-    assert main([*given, '--detector', 'mediapipe']) == 2
-    assert 'pip install mediapipe==0.10.14' in capsys.readouterr().err
-    assert not list((tmp_path / 'out').glob('walk*'))

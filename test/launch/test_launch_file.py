@@ -172,17 +172,11 @@ def test_without_gait_source_it_is_said_what_to_install(monkeypatch) -> None:
         started(REPLAY, input='walk.mp4')
 
 
-@pytest.mark.usefixtures('has_source')
-def test_a_detector_is_one_node_more_that_sees_what_the_others_see() -> None:
-    given = {'detector': 'mediapipe', 'image': '/cam/image_raw', 'namespace': 'robot'}
-    nodes = started(**given, image_transport='compressed')
-    assert names(nodes) == [*SPLIT, 'gait_detector']
-    assert remaps(nodes[-1]) == remaps(nodes[0])
-    assert parameters(nodes[-1])['image_transport'] == 'compressed'
-    assert names(started(**given, style='single')) == ['gait_pipeline', 'gait_detector']
-    *_, source = started(REPLAY, **given, input='walk.mp4')
-    words = [part.text for word in source.cmd for part in word if hasattr(part, 'text')]
-    assert words[words.index('--wait-for') + 1] == '3'
+def test_a_network_is_that_of_the_nodes_that_see_images() -> None:
+    for style in ('split', 'single'):
+        node, *_ = started(detector='people', style=style)
+        assert parameters(node)['detector.network'] == 'people'
+        assert 'detector.network' not in parameters(started(style=style)[0])
 
 
 def remaps(node: Node) -> dict[str, str]:

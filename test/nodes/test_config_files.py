@@ -18,14 +18,11 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from sensor_msgs.msg import Image
 from visualization_msgs.msg import MarkerArray
 
-from gait_segmentation.detector.client import PYTHON
-from gait_segmentation.nodes.detector_node import DetectorNode
 from gait_segmentation.nodes.localizer_node import LocalizerNode
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.pipeline_node import PipelineNode
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.nodes.tracker_node import TrackerNode
-from test.detectors import fake_python
 from test.nodes.bench import Bench
 
 POLICY = Path(__file__).parents[2] / 'config/sros2_policy.xml'
@@ -34,7 +31,6 @@ KINDS = {
     'gait_matcher': MatcherNode,
     'gait_segmenter': SegmenterNode,
     'gait_localizer': LocalizerNode,
-    'gait_detector': DetectorNode,
     'gait_pipeline': PipelineNode,
 }
 SOMETIMES = {
@@ -53,10 +49,9 @@ Rules = Mapping[tuple[str, str], set[str]]
 
 
 @pytest.fixture(autouse=True)
-def alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let nobody else be in the graph: one asks it by name, and nodes that are gone linger."""
     monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'OFF')
-    monkeypatch.setenv(PYTHON, fake_python(tmp_path))
 
 
 def rules(name: str) -> Rules:

@@ -2,15 +2,16 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import pytest
 
-from gait_segmentation.detector.lookout import Lookout, Sighting
+from gait_segmentation.detector.lookout import Lookout
+from gait_segmentation.detector.networks import Networks
 from gait_segmentation.detector.person_detector import Detection
 from gait_segmentation.geometry import Box
 from gait_segmentation.tracking.attendance import Attendance
 from test.tracking.figures import Figure, Told, picture, walk
 
 BOX = Box(10, 10, 40, 100)
-HERE = Sighting(1, (Detection(BOX.shifted(5, 5), 0.4),))
-ELSEWHERE = Sighting(1, (Detection(BOX.shifted(100, 0), 0.9),))
+HERE = (Detection(BOX.shifted(5, 5), 0.4),)
+ELSEWHERE = (Detection(BOX.shifted(100, 0), 0.9),)
 
 
 def misses_until_doubted(*sightings):
@@ -40,7 +41,7 @@ def test_somebody_lost_is_not_whatever_is_a_little_like_a_person():
         attendance.add(each, [BOX])
     attendance.add(HERE, [BOX], lost=True)
     assert attendance.is_doubted
-    attendance.add(Sighting(1, (Detection(BOX, 0.9),)), [BOX], lost=True)
+    attendance.add((Detection(BOX, 0.9),), [BOX], lost=True)
     assert not attendance.is_doubted
 
 
@@ -57,7 +58,7 @@ class Network:
 def told(slots=1):
     network = Network()
     result = Told(slots, 'detector')
-    result.tracker.lookout = Lookout(network)
+    result.tracker.lookout = Lookout(networks=Networks(network))
     return result, network
 
 
@@ -101,6 +102,6 @@ def test_whoever_gives_boxes_gives_all():
 
 def test_without_a_detector_nothing_is_asked():
     track = Told(1, 'walk')
-    track.tracker.lookout = Lookout(lambda image: pytest.fail('it was'))
+    track.tracker.lookout = Lookout(networks=Networks(lambda image: pytest.fail('it was')))
     for _ in range(3):
         track.see(*picture([]))

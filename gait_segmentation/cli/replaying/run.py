@@ -35,13 +35,12 @@ from gait_segmentation.cli.replaying.outputs import (
 )
 from gait_segmentation.cli.replaying.walks import OpenGaitOutput
 from gait_segmentation.cli.tool import scaled_box
-from gait_segmentation.detector.client import Detector
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.files.output_files import keep_apart, named, problem_of
 from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.geometry import Box
-from gait_segmentation.inputs import DamagedError, Frame, open_input
-from gait_segmentation.inputs.heat_maps import RecordedMap, RecordedMaps, open_heat_maps
+from gait_segmentation.inputs import DamagedError, open_input
+from gait_segmentation.inputs.heat_maps import RecordedMaps, open_heat_maps
 from gait_segmentation.kernels import compile_kernels, compiling
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 
@@ -73,7 +72,7 @@ class Job:
 
     ``outputs`` has the bag and what else is wanted; ``reading`` are arguments of
     :func:`open_input`; ``box`` is in pixels of the input;
-    ``heat_map`` is a folder, or a topic of the bag; ``detector`` is one of :data:`DETECTORS`.
+    ``heat_map`` is a folder, or a topic of the bag.
     """
 
     input: Path
@@ -83,7 +82,6 @@ class Job:
     bank: str = ''
     box: Box | None = None
     heat_map: str = ''
-    detector: str = 'none'
 
     @property
     def bag(self) -> Path:
@@ -216,23 +214,11 @@ def _heat_maps(job: Job) -> Iterator[RecordedMaps | None]:
 
     :raises GaitSegmentationError: if there are none, or what makes them cannot be started.
     """
-    if job.detector != 'none':
-        with Detector() as detector:
-            detector.start()
-            yield lambda frame: _detected(detector, frame)
-    elif job.heat_map:
+    if job.heat_map:
         most = job.reading.get('max_pixels', MOST_PIXELS)
         yield open_heat_maps(job.heat_map, job.input, most)
     else:
         yield None
-
-
-def _detected(detector: Detector, frame: Frame) -> Iterator[RecordedMap]:
-    image = frame.image
-    if image is not None:
-        # Not left to the map: what cannot be started again ends the replay.
-        detector.start()
-        yield frame.stamp_ns, lambda: detector.map_of(image)
 
 
 def replay_all(jobs: list[Job], at_a_time: int, *, force: bool, cluster: str = '') -> list[Report]:

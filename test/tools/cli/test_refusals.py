@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.detector.client import PYTHON
 from test.walkers import small_bank
 
 from ..evaluation.fakes import write_sequence
@@ -53,7 +52,7 @@ REFUSED = [
     ('demo', '--box 1 1 9 9', 'give --clip'),
     ('demo', '--clip walk/frames --box 99 1 9 9', 'must not lie outside of the image'),
     ('demo', '--clip walk/frames --rate -1', 'rate must be 0, or from 0.01 to 1000 Hz'),
-    ('demo', '--detector mediapipe', 'must be a Python that has mediapipe'),
+    ('demo', '--detector mediapipe', "must be boxes, people or a file FILE.onnx, got 'mediapipe'"),
     ('demo', '--clip walk/frames --out letter', 'nothing can be written'),
     ('demo', '--clip walk/frames --box 1 1 9 9 --out walk/frames', 'lies in the input'),
     ('demo', '--clip walk/frames --box 1 1 9 9 --out mine', 'was not made by gait_demo'),
@@ -64,7 +63,6 @@ REFUSED = [
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Be where there are inputs, ways to them, and what somebody else has made."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv(PYTHON, 'nowhere')
     write_sequence(Path('walk'), frames=2)
     small_bank().save(Path('bank.npz'))
     Path('link.png').symlink_to('bank.npz')

@@ -16,8 +16,6 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.detector.client import PYTHON
-from test.detectors import fake_python
 from test.walkers import box_of, clip
 
 pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
@@ -112,19 +110,6 @@ def test_everything_is_written(demo: Demo, film, tmp_path: Path) -> None:
     capture = cv2.VideoCapture(str(out / 'overlay.mp4'))
     assert capture.get(cv2.CAP_PROP_FRAME_COUNT) == FRAMES
     capture.release()
-
-
-def test_a_detector_runs_beside_the_nodes(
-    film, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv(PYTHON, fake_python(tmp_path))
-    demo = Demo(film, tmp_path / 'out', '--detector', 'mediapipe')
-    children = demo.children(4)
-    output = demo.finish()
-    assert demo.process.returncode == 0, output
-    assert f'{FRAMES} answered' in output
-    assert 'active' in (tmp_path / 'out/logs/gait_detector.log').read_text()
-    _wait_for_end(children)
 
 
 @pytest.mark.parametrize(

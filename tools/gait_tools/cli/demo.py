@@ -31,7 +31,8 @@ from gait_segmentation.cli.tool import (
     run_tool,
     scaled_box,
 )
-from gait_segmentation.detector.client import DETECTORS, detector_python
+from gait_segmentation.detector.config import BOXES
+from gait_segmentation.detector.networks import open_networks
 from gait_segmentation.drawing import track_colour
 from gait_segmentation.errors import ConfigError, SequenceError
 from gait_segmentation.files.image_files import read_image
@@ -68,7 +69,7 @@ writes to the output folder
 examples
   gait_demo
   gait_demo --preset paper --out out/paper
-  gait_demo --detector mediapipe
+  gait_demo --detector people
   gait_demo --clip walk.mp4 --people 3 --out out/walk
   gait_demo --clip walk.mp4 --box 400 120 80 260 --start 15 --out out/walk
 """
@@ -118,10 +119,9 @@ def parser() -> argparse.ArgumentParser:
     )
     add(
         '--detector',
-        choices=DETECTORS,
-        default='none',
-        help='have a network say where people are, beside the nodes: mediapipe = gait_detector, '
-        'in a Python that has it; people are found by it, unless --box is given',
+        metavar='NETWORK',
+        help='what looks at whole images, and finds people unless --box is given: boxes, people '
+        '(which makes heat maps), or FILE.onnx',
     )
     add('--people', type=int, default=1, metavar='N', help='people at a time (%(default)s)')
     add_preset_option(made)
@@ -138,15 +138,15 @@ def main(arguments: list[str] | None = None) -> int:
 def _demonstrate(options: argparse.Namespace) -> None:
     """Play the film through the nodes, and write and say what became of it."""
     check_ranges(options, {'people': (1, MOST_PEOPLE)})
-    if options.detector != 'none':
+    if options.detector:
         # Before anything is fetched or written.
-        detector_python()
+        open_networks(options.detector)
     box = None if options.box is None else Box(*options.box)
     if options.clip is None:
         if box is not None or options.start:
             raise ConfigError('--box and --start belong to a film of your own: give --clip too')
         options.clip, options.start = demo_clip(), CLIP_START
-        box = CLIP_BOX if options.detector == 'none' else None
+        box = None if options.detector else CLIP_BOX
     reading = {name: getattr(options, name) for name in READING}
     film = open_input(options.clip, **reading)
     box, out = scaled_box(box, film), options.out
@@ -165,7 +165,7 @@ def _demonstrate(options: argparse.Namespace) -> None:
         box=box,
         people=options.people,
         preset=preset,
-        detector=options.detector,
+        detector=options.detector or BOXES,
         **reading,
     )
     played, answered = len(recording.published), recording.answered()

@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 
 from gait_segmentation.config import Parameter, StageConfig, parameters_of
-from gait_segmentation.nodes.detector_node import DetectorNode
 from gait_segmentation.nodes.localizer_node import LocalizerNode
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.pipeline_node import PipelineNode
@@ -36,7 +35,6 @@ NODES: dict[str, type[GaitNode]] = {
         SegmenterNode,
         LocalizerNode,
         PipelineNode,
-        DetectorNode,
     )
 }
 

@@ -60,9 +60,8 @@ class Recording(Listener):
     ``arrived_s`` the times at which labels came by stamp; of ``complete`` frames all has come.
     """
 
-    def __init__(self, people: int, detector: str = 'none') -> None:
+    def __init__(self, people: int) -> None:
         """Begin to listen to the nodes; rclpy must be initialised."""
-        self.nodes = NODES if detector == 'none' else (*NODES, 'gait_detector')
         self.published: dict[int, int] = {}
         self.complete = 0
         self._people = people
@@ -83,9 +82,7 @@ class Recording(Listener):
     def connected(self) -> bool:
         """Return whether the nodes are active and connected with each other and with this."""
         wanted = {'labels': 1, **slot_topics(_SUBSCRIBERS, self._people)}
-        if 'gait_detector' in self.nodes:
-            wanted['heat_map'] = 1
-        return self.active() >= set(self.nodes) and all(
+        return self.active() >= set(NODES) and all(
             self.subscribers(topic) >= count for topic, count in wanted.items()
         )
 
@@ -96,7 +93,7 @@ class Recording(Listener):
         :raises ProcessError: if a node ends meanwhile.
         """
         while not done():
-            processes.check_running(*self.nodes)
+            processes.check_running(*NODES)
             time.sleep(POLL_S)
 
     def follow_rest(self, processes: ProcessGroup) -> None:
@@ -166,7 +163,7 @@ def play(
     box: Box | None = None,
     people: int = 1,
     preset: str = 'default',
-    detector: str = 'none',
+    detector: str = 'boxes',
     **reading: object,
 ) -> Recording:
     """
@@ -174,19 +171,20 @@ def play(
 
     :param logs: folder for what the processes say.
     :param box: of a person in the first frame, in the pixels played; without, people are found.
-    :param detector: one of :data:`DETECTORS`; its node runs beside the others.
+    :param detector: value of ``detector.network``.
     :param reading: arguments of :func:`open_input` with which the film was opened.
     :raises ProcessError: if a process fails or the nodes do not connect.
     """
     # As gait_segmentation.launch.py does; on a busy computer frames are to be late, not lost.
     words = ['--ros-args', '--params-file', str(preset_file(preset)), '-p', 'backlog:=90']
     words += ['-p', 'keep_images:=300', '-p', f'max_people:={people}']
+    words += ['-p', f'detector.network:={detector}']
     if box is not None:
         numbers = [float(each) for each in (box.x, box.y, box.width, box.height)]
         words += ['-p', f'initial_box:={numbers}']
     with ros(), ProcessGroup(logs) as processes:
-        with closing(Recording(people, detector)) as recording:
-            for name in recording.nodes:
+        with closing(Recording(people)) as recording:
+            for name in NODES:
                 processes.start_node(name, *words)
             record(recording, processes, film, logs / 'stamps.txt', reading)
         return recording
@@ -212,7 +210,7 @@ def record(
     source = [f'--{name.replace("_", "-")}={value}' for name, value in reading.items() if value]
     # The delay is for the processes to be done with finding the camera before it starts.
     # All nodes but the matcher read images.
-    source += [f'--wait-for={len(recording.nodes) - 1}', '--delay=1', f'--stamps={stamps}']
+    source += [f'--wait-for={len(NODES) - 1}', '--delay=1', f'--stamps={stamps}']
     source += ['--', str(film.path)]
     stamps.unlink(missing_ok=True)
     processes.start('gait_source', 'gait_tools.cli.source', *source)
@@ -224,7 +222,7 @@ def record(
             return processes.ended('gait_source')
 
         recording.follow(played, processes)
-        processes.check_running(*recording.nodes)
+        processes.check_running(*NODES)
         recording.published = read_stamps(stamps)
         recording.follow_rest(processes)
         if recording.complete < len(recording.published):
