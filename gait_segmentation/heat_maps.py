@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
@@ -196,6 +196,11 @@ class HeatMaps:
     def __init__(self) -> None:
         """Begin without a map."""
         self._maps: deque[HeatMap] = deque(maxlen=_MOST_KEPT)
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget how far maps could be trusted, but not those that wait."""
+        self._trust = MapTrust()
 
     def add(self, heat_map: NDArray[Any], stamp_ns: int) -> None:
         """
@@ -208,15 +213,18 @@ class HeatMaps:
             values = values.copy()
         self._maps.append(HeatMap(values, stamp_ns))
 
-    def newest(self, stamp_ns: int, age_s: float) -> HeatMap | None:
+    def newest(self, image: NDArray[np.uint8], stamp_ns: int, age_s: float) -> HeatMap | None:
         """
-        Return the newest map up to a stamp, None if all are older than an age.
+        Return the newest map for a frame, None if all are older than an age.
 
+        :param image: (H, W, 3) uint8 BGR; each frame in turn.
         :param age_s: in seconds; with 0 only the map of the very frame will do.
         """
         least = stamp_ns - round(age_s * 1e9)
         fitting = [each for each in self._maps if least <= each.stamp_ns <= stamp_ns]
-        return max(fitting, key=lambda each: each.stamp_ns, default=None)
+        found = max(fitting, key=lambda each: each.stamp_ns, default=None)
+        trust = self._trust.update(image, stamp_ns, found)
+        return found and replace(found, trust=trust)
 
 
 class MapCalibration:

@@ -54,6 +54,9 @@ def test_what_is_no_map_is_refused(array, message):
         heat_map_of(array)
 
 
+FRAME = np.zeros((4, 4, 3), np.uint8)
+
+
 def one(value: int) -> np.ndarray:
     return np.full((2, 2), value, np.uint8)
 
@@ -62,15 +65,15 @@ def test_the_newest_map_up_to_a_frame_counts_if_it_is_not_too_old():
     maps = HeatMaps()
     for value, stamp_ns in ((1, 10), (3, 30), (2, 20)):
         maps.add(one(value), stamp_ns)
-    asked = {stamp: maps.newest(stamp, 25e-9) for stamp in (9, 10, 29, 30, 55, 56)}
+    asked = {stamp: maps.newest(FRAME, stamp, 25e-9) for stamp in (9, 10, 29, 30, 55, 56)}
     values = {stamp: None if each is None else each.values[0, 0] for stamp, each in asked.items()}
     assert values == {9: None, 10: 1, 29: 2, 30: 3, 55: 3, 56: None}
-    assert maps.newest(31, 0) is None
+    assert maps.newest(FRAME, 31, 0) is None
     # A map may be changed after it was given.
     heat = one(7)
     maps.add(heat, 1)
     heat[:] = 9
-    found = maps.newest(1, 0)
+    found = maps.newest(FRAME, 1, 0)
     assert found.values[0, 0] == 7
 
 

@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import cv2
 import numpy as np
@@ -75,13 +76,27 @@ class Frame:
     learnt: bool = False
 
 
+@dataclass(frozen=True)
+class Whereabouts:
+    """
+    Where people were in the last frame of a view, in working pixels.
+
+    The background is followed and learnt about them, or all over the image if there are none or
+    they may be ``everywhere``.
+    """
+
+    areas: tuple[Box, ...] = ()
+    everywhere: bool = False
+
+
+NOWHERE = Whereabouts()
+
+
 class View:
     """
     The scene at one scale, about the people who are tracked at it.
 
-    ``background`` is what it looks like in the newest frame.  ``areas`` are where people were in
-    the last frame, in working pixels: the background is followed and learnt about them, or all
-    over the image if there are none or ``everywhere`` is set.
+    ``background`` is what it looks like in the newest frame.
     """
 
     def __init__(self, source: tuple[int, int], scale: float) -> None:
@@ -95,8 +110,6 @@ class View:
         self.shape = working_shape(*source, scale)
         self.background = BackgroundModel(self.shape)
         self.frames: deque[Frame] = deque(maxlen=MOST_KEPT)
-        self.areas: Sequence[Box] = ()
-        self.everywhere = False
         self.points = MotionEstimator()
         self._expected = self.background, [self.all]
 
@@ -143,25 +156,25 @@ class View:
         """Return the background as a window of an earlier frame should show it."""
         return self.background.moved([self.motion_since(frame).inverse()], [window])
 
-    def people(self) -> NDArray[np.uint8]:
+    def people(self, where: Whereabouts) -> NDArray[np.uint8]:
         """Return where people were in the last frame, (h, w) uint8, 1 there."""
         people = np.zeros(self.shape, np.uint8)
-        for area in self.areas:
+        for area in where.areas:
             people[area.slices(self.shape[1], self.shape[0])] = 1
         return people
 
-    def expect(self, image: WorkingImage, motion: WorldMotion) -> float | None:
+    def expect(self, image: WorkingImage, motion: WorldMotion, where: Whereabouts) -> float | None:
         """
         Carry the background on to a frame, which :meth:`accept` then takes in.
 
         :returns: the share of it that the frame shows, None if few pixels tell.
         """
-        windows = windows_about(() if self.everywhere else self.areas, motion, self.shape)
+        windows = windows_about(() if where.everywhere else where.areas, motion, self.shape)
         background = self.background.moved([motion], windows)
         self._expected = background, windows
         if image.pyramid.is_blank or not windows:
             return None
-        return background.agreement(image.lab, self.people(), windows)
+        return background.agreement(image.lab, self.people(where), windows)
 
     def accept(
         self,
@@ -266,7 +279,7 @@ class WholeView(View):
         self._since = WorldMotion()
         self.clear()
 
-    def expect(self, image: WorkingImage, motion: WorldMotion) -> None:
+    def expect(self, image: WorkingImage, motion: WorldMotion, where: Whereabouts) -> None:
         """Remember the motion; see :meth:`View.expect`."""
         self._since = WorldMotion.over([self._since, motion])
         self._expected = self.background, [self.all]
@@ -343,7 +356,7 @@ class Scene:
         self.moving: NDArray[np.uint8] | None = None
         self.fades = False
         self.stamp_ns = 0
-        self.options = SceneOptions()
+        self._options = SceneOptions()
         self._light, self._contrast = Light(), Contrast()
 
     def gap_s(self, stamp_ns: int) -> float:
@@ -351,16 +364,23 @@ class Scene:
         return (stamp_ns - self.stamp_ns) / 1e9 if self.stamp_ns else 0.0
 
     def advance(
-        self, image: NDArray[np.uint8], stamp_ns: int, *, heat: HeatMap | None = None
+        self,
+        image: NDArray[np.uint8],
+        stamp_ns: int,
+        people: Mapping[View, Whereabouts] = MappingProxyType({}),
+        *,
+        heat: HeatMap | None = None,
+        options: SceneOptions = SceneOptions(),
     ) -> None:
         """
         Take in a frame.
 
         :param image: (H, W, 3) uint8 BGR; it is read again when a view is added.
+        :param people: where they were in the last frame, by view.
         :param heat: P(person) from elsewhere, of this frame or one before.
         """
-        self._frame, camera = (image, stamp_ns, heat), self.options.camera
-        self._light.flickers = self.options.flicker
+        self._frame, self._options = (image, stamp_ns, heat), options
+        self._light.flickers = options.flicker
         self.stamp_ns, self.fades = stamp_ns, False
         if not self.views:
             return
@@ -368,8 +388,8 @@ class Scene:
         faded = bool(leader.frames) and leader.now.image.faded
         newest = self._image(leader.shape, measure=True)
         images = {leader.shape: newest}
-        people = self._people(leader)
-        motion = leader.points.update(newest.pyramid, people, camera=camera)
+        hidden = self._hidden(leader, people)
+        motion = leader.points.update(newest.pyramid, hidden, camera=options.camera)
         steps = []
         for view in self.views:
             if view.shape not in images:
@@ -378,12 +398,12 @@ class Scene:
                 view.points.update(images[view.shape].pyramid, None, camera=False)
             down, across = (a / b for a, b in zip(view.shape, leader.shape, strict=True))
             steps.append(motion if view is leader else motion.scaled(across, down))
-        self.fades = self.options.fade and newest.faded and not faded
+        self.fades = options.fade and newest.faded and not faded
         if self.fades:
             for view in self.views:
                 view.background.fade(newest.textured)
         shares = [
-            view.expect(images[view.shape], step)
+            view.expect(images[view.shape], step, people.get(view, NOWHERE))
             for view, step in zip(self.views, steps, strict=True)
         ]
         blank = newest.pyramid.is_blank
@@ -397,7 +417,7 @@ class Scene:
                 for view in self.views:
                     view.points.leave_out()
         if not blank:
-            self._light.follow(motion, people)
+            self._light.follow(motion, hidden)
         for view, step in zip(self.views, steps, strict=True):
             view.accept(images[view.shape], step, heat, blank=blank)
 
@@ -411,24 +431,24 @@ class Scene:
         view.accept(image, WorldMotion(), heat, blank=image.pyramid.is_blank)
         self.views.append(view)
 
-    def _people(self, leader: View) -> NDArray[np.uint8]:
+    def _hidden(self, leader: View, people: Mapping[View, Whereabouts]) -> NDArray[np.uint8]:
         """Return where people and what else moves were in the last frame, (h, w) uint8."""
-        people = leader.people()
+        hidden = leader.people(people.get(leader, NOWHERE))
         if self.moving is not None:
             size = leader.shape[::-1]
-            people |= np.asarray(cv2.resize(self.moving, size, interpolation=cv2.INTER_NEAREST))
-        for view in self.views:
-            for area in view.areas if view is not leader else ():
+            hidden |= np.asarray(cv2.resize(self.moving, size, interpolation=cv2.INTER_NEAREST))
+        for view, where in people.items():
+            for area in where.areas if view is not leader else ():
                 scaled = area.scaled(leader.scale / view.scale)
-                people[scaled.slices(leader.shape[1], leader.shape[0])] = 1
-        return people
+                hidden[scaled.slices(leader.shape[1], leader.shape[0])] = 1
+        return hidden
 
     def _image(self, shape: tuple[int, int], *, measure: bool = False) -> WorkingImage:
         """Return the newest frame at a size, in whose light it is that of the first."""
         image, stamp_ns, _ = self._frame
-        light = self._light if self.options.light else None
-        contrast = self._contrast if self.options.contrast else None
-        texture = self.options.texture
+        light = self._light if self._options.light else None
+        contrast = self._contrast if self._options.contrast else None
+        texture = self._options.texture
         return WorkingImage.of(
             image, stamp_ns, shape, light, contrast, texture=texture, measure=measure
         )

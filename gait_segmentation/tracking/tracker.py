@@ -13,21 +13,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import NO_CHROMA, NO_GRADIENT
-from gait_segmentation.detector.lookout import Lookout, Sighting
+from gait_segmentation.detector.lookout import Lookout
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, check_body, check_start_box
-from gait_segmentation.heat_maps import HeatMap, HeatMaps, MapTrust, regions
+from gait_segmentation.heat_maps import HeatMap, HeatMaps, regions
 from gait_segmentation.images import check_image, shrink
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
-from gait_segmentation.scene.scene import Scene, SceneOptions, View, WholeView
+from gait_segmentation.scene.scene import Scene, SceneOptions, View, Whereabouts, WholeView
 from gait_segmentation.scene.working import working_scale, working_shape
 from gait_segmentation.stamps import check_later, check_stamp
-from gait_segmentation.starting import FirstMask, StartingConfig, WalkerFinder
+from gait_segmentation.starting import FirstMask, StartingConfig
 from gait_segmentation.starting.blobs import BodyShapes
-from gait_segmentation.starting.map_finder import MapFinder
 from gait_segmentation.starting.probation import Probation
-from gait_segmentation.starting.sightings import Sightings
+from gait_segmentation.starting.starter import (
+    BY_DETECTOR,
+    BY_MAP,
+    BY_WALK,
+    Known,
+    Proposal,
+    Starter,
+)
 from gait_segmentation.tracking import group
 from gait_segmentation.tracking.bystanders import Bystanders
 from gait_segmentation.tracking.config import TrackingConfig
@@ -38,9 +44,6 @@ from gait_segmentation.tracking.map_witness import MapWitness
 from gait_segmentation.tracking.mean_shift import MeanShiftTrack
 from gait_segmentation.tracking.pose import WIDEST
 from gait_segmentation.tracking.track import SAME_PERSON, Track
-
-BY_WALK, BY_MAP, BY_DETECTOR = 'walk', 'map', 'detector'
-"""What people are found by."""
 
 _MOST_APART = 1.5
 """Ratio of the scales of people who share a view."""
@@ -79,11 +82,10 @@ class PeopleTracker:
         self._config = tracking or TrackingConfig()
         self._bank = bank
         self._shapes = BodyShapes(bank)
+        self.lookout = lookout or Lookout()
         self._ids = count(1)
         self._slots: list[Track | None] = [None] * max_people
-        self._starting = starting or StartingConfig()
-        self._finder = WalkerFinder(bank, self._starting, max_people)
-        self.lookout = lookout or Lookout()
+        self._starter = self._make_starter(starting or StartingConfig())
         self._boxes: list[Box] = []
         self._given = False
         self._heat_maps = HeatMaps()
@@ -95,13 +97,12 @@ class PeopleTracker:
         self._anew: list[int] = []
         self._bystanders = Bystanders()
         self._scene: Scene | None = None
-        self._heat_map: HeatMap | None = None
-        self._map_trust = MapTrust()
+        self._heat_maps.forget()
         self._stamp_ns = 0
-        self._finder.stop()
-        self._map_finder = MapFinder(self._shapes)
-        self._sightings = Sightings()
-        self.lookout.reset()
+        self._starter.forget()
+
+    def _make_starter(self, config: StartingConfig) -> Starter:
+        return Starter(self._bank, config, len(self._slots), self.lookout)
 
     @property
     def config(self) -> TrackingConfig:
@@ -117,15 +118,13 @@ class PeopleTracker:
     @property
     def starting(self) -> StartingConfig:
         """Return how people are found; another configuration resets the search."""
-        return self._starting
+        return self._starter.config
 
     @starting.setter
     def starting(self, config: StartingConfig) -> None:
-        self._starting = config
         # The scene goes on without the view of the search so far.
-        self._finder.stop()
-        self._finder = WalkerFinder(self._bank, config, len(self._slots))
-        self._map_finder = MapFinder(self._shapes)
+        self._starter.forget()
+        self._starter = self._make_starter(config)
 
     def reset(self, *, waiting: bool = True) -> None:
         """
@@ -193,26 +192,30 @@ class PeopleTracker:
             # No view has followed the place meanwhile.
             self._scene = Scene(source)
         self._stamp_ns = stamp_ns
-        sighting = self._look(image)
+        sighting = self._starter.look(image, stamp_ns, self._known())
         if sighting is not None and sighting.heat_map is not None:
             self.add_heat_map(sighting.heat_map, sighting.stamp_ns)
-        newest = self._heat_maps.newest(stamp_ns, self._config.heat_map_age)
-        trust = self._map_trust.update(image, stamp_ns, newest)
-        self._heat_map = newest and replace(newest, trust=trust)
-        self._predict(self._scene, image)
+        heat = self._heat_maps.newest(image, stamp_ns, self._config.heat_map_age)
+        self._predict(self._scene, image, heat)
+        if sighting is not None and sighting.people is not None:
+            for track in self.tracks():
+                lost = track.state == LOST
+                track.attendance.add(sighting.people, (track.body, track.box), lost=lost)
         boxes, self._boxes = self._boxes, []
         self._given = self._given or bool(boxes)
         # Before the boxes: what the camera saw until now tells what in them is the person.
-        found = self._search(self._scene, at_first=bool(boxes) and not self._scene.views)
-        found += self._sighted(sighting, [box for box, _ in found])
+        at_first = bool(boxes) and not self._scene.views
+        found = self._starter.propose(
+            self._scene, heat, sighting, self._known(), at_first=at_first
+        )
         started: set[int] = set()
         for box in boxes:
             slot = self._slot_for(box, started)
             started.add(slot)
             self._start(slot, box)
         self._begin_anew()
-        for box, by in found:
-            self._start_found(box, by)
+        for each in found:
+            self._start_found(each)
         return self._observe(self._scene)
 
     def check(self, image: NDArray[np.uint8]) -> None:
@@ -278,7 +281,7 @@ class PeopleTracker:
         views = () if self._scene is None else self._scene.views
         return [view for view in views if self.tracks(view)]
 
-    def _predict(self, scene: Scene, image: NDArray[np.uint8]) -> None:
+    def _predict(self, scene: Scene, image: NDArray[np.uint8], heat: HeatMap | None) -> None:
         """
         Take a frame into the scene, and predict all tracks into it.
 
@@ -292,13 +295,14 @@ class PeopleTracker:
             for track in self.tracks():
                 track.pose = track.pose.standing()
         silhouettes: dict[int, NDArray[np.uint8]] = {}
+        people: dict[View, Whereabouts] = {}
         for view in self._views():
             tracks = self._followed(view)
             silhouettes |= group.visible_silhouettes(tracks)
-            view.areas = [track.pose.area for track in tracks]
-            view.everywhere = any(track.state == LOST for track in tracks)
+            areas = tuple(track.pose.area for track in tracks)
+            people[view] = Whereabouts(areas, any(track.state == LOST for track in tracks))
         config = self._config
-        scene.options = SceneOptions(
+        options = SceneOptions(
             config.use_ego_motion,
             config.use_texture,
             config.use_light,
@@ -306,7 +310,7 @@ class PeopleTracker:
             config.use_fade,
             config.use_contrast,
         )
-        scene.advance(image, self._stamp_ns, heat=self._heat_map)
+        scene.advance(image, self._stamp_ns, people, heat=heat, options=options)
         for track in self._followed():
             if scene.fades:
                 track.fade(NO_GRADIENT if track.view.now.image.textured else NO_CHROMA)
@@ -327,82 +331,24 @@ class PeopleTracker:
         confidences = [0.0 if each is None else each.confidence for each in self._slots]
         return min(overlap or range(len(self._slots)), key=lambda slot: confidences[slot])
 
-    def _search(self, scene: Scene, *, at_first: bool) -> list[tuple[Box, str]]:
-        """
-        Remember what the place looks like, and look for people for free slots.
-
-        Candidates are looked at by the search until they are confirmed.
-
-        :param at_first: whether boxes were given before there was anything to remember.
-        :returns: boxes of people found, in source pixels, and by what.
-        """
-        tracked = [track for track in self.tracks() if track.state == TRACKED]
-        candidates = [track for track in self.tracks() if track.probation is not None]
-        free, several = len(tracked) < len(self._slots), len(self._slots) > 1
-        boxes: dict[bool, list[Box]] = {False: [], True: []}
+    def _known(self) -> Known:
+        """Return whom the starter need not look for."""
+        tracks = self.tracks()
+        tracked = [track for track in tracks if track.state == TRACKED]
+        bodies: dict[bool, list[Box]] = {False: [], True: []}
         for track in tracked:
             # No wider than one body: another person may be beside it.
             x, y, height = track.body.center_x, track.body.center_y, track.body.height
             width = min(track.body.width, WIDEST * height)
-            boxes[track in candidates].append(Box.from_center(x, y, width, height))
-        given, found = self._given and any(self._slots), []
-        if at_first or given or not (free or candidates or several):
-            self._finder.stop()
-        else:
-            walk = self._starting.auto_init == 'walk'
-            wanted = bool(free or candidates) and walk and not self._given
-            walkers = self._finder.update(scene, boxes[False], tried=boxes[True], wanted=wanted)
-            found = [(box, BY_WALK) for box in walkers]
-        heat = self._heat_map
-        # A person who is lost is looked for in maps though boxes are given.
-        wanted = any(track.state == LOST for track in self.tracks()) if self._given else free
-        if not wanted or heat is None or heat.stamp_ns != self._stamp_ns:
-            return found if free else []
-        if self._starting.auto_init == 'none' and not given:
-            return found
-        known = [*boxes[False], *boxes[True], *(box for box, _ in found)]
-        least = self._least_height(scene)
-        shown = self._map_finder.update(heat, scene.source, known, least)
-        return [*found, *((box, BY_MAP) for box in shown)]
-
-    def _least_height(self, scene: Scene) -> float:
-        """Return the least height of people who are found, in source pixels."""
-        searched = max(1.0, max(scene.source) / self._starting.search_size)
-        return self._starting.least_height * searched
-
-    def _look(self, image: NDArray[np.uint8]) -> Sighting | None:
-        """Have the networks look at the frame, if it is time."""
-        tracks = self.tracks()
-        asked = self._starting.auto_init == 'detector' and bool(tracks or not self._given)
-        urgent = (
-            not tracks
-            or any(track.state == LOST or track.attendance.silent for track in tracks)
-            or self._sightings.waiting
+            bodies[track.probation is not None].append(Box.from_center(x, y, width, height))
+        return Known(
+            tuple(bodies[False]),
+            tuple(bodies[True]),
+            tuple(box for track in tracked for box in (track.body, track.box)),
+            len(tracks) - len(tracked),
+            any(track.attendance.silent for track in tracks),
+            self._given,
         )
-        return self.lookout.look(image, self._stamp_ns, boxes=asked, urgent=urgent)
-
-    def _sighted(self, sighting: Sighting | None, found: Sequence[Box]) -> list[tuple[Box, str]]:
-        """
-        Take in what the detector says of the tracks.
-
-        :param found: boxes of who is found in this frame already, in source pixels.
-        :returns: boxes of people newly found, and that it is by the detector.
-        """
-        if self._starting.auto_init != 'detector' or sighting is None or sighting.people is None:
-            return []
-        tracks = self.tracks()
-        tracked = [track for track in tracks if track.state == TRACKED]
-        for track in tracks:
-            track.attendance.add(
-                sighting.people, (track.body, track.box), lost=track.state == LOST
-            )
-        if len(tracked) == len(self._slots):
-            return []
-        assert self._scene is not None
-        least = self._least_height(self._scene)
-        known = [*found, *(box for track in tracked for box in (track.body, track.box))]
-        new = self._sightings.update(sighting.stamp_ns, sighting.people, known, least)
-        return [(box, BY_DETECTOR) for box in new]
 
     def _update_states(self, gap_s: float = 0.0) -> None:
         """Let every track go over to its next state, and free the slots of those that end."""
@@ -410,7 +356,7 @@ class PeopleTracker:
             if track is None:
                 continue
             if track.probation is not None and track.state == TRACKED:
-                track.probation.see(self._finder.evidence(track.body))
+                track.probation.see(self._starter.walkers.evidence(track.body))
             state, self._reasons[slot] = next_state(track, self._stamp_ns, gap_s=gap_s)
             if state != ENDED:
                 if state == ANEW:
@@ -421,7 +367,7 @@ class PeopleTracker:
                 continue
             self._slots[slot] = None
             if track.probation is not None:
-                self._finder.reject(track.body)
+                self._starter.walkers.reject(track.body)
         self._drop_unused()
 
     def _begin_anew(self) -> None:
@@ -440,17 +386,17 @@ class PeopleTracker:
                     anew.probation = track.probation
                     self._slots[slot] = anew
 
-    def _start_found(self, box: Box, by: str) -> None:
+    def _start_found(self, found: Proposal) -> None:
         """Start a person found in a slot, if there is one."""
-        view = self._view_for(box)
-        tight = self._inner(box) if by == BY_DETECTOR else box
-        start = self._estimate(view, tight.scaled(view.scale), by_map=by == BY_MAP)
+        view = self._view_for(found.box)
+        tight = self._inner(found.box) if found.source == BY_DETECTOR else found.box
+        start = self._estimate(view, tight.scaled(view.scale), by_map=found.source == BY_MAP)
         place = slot_for_found(self._slots, view, start)
         # Who gives boxes gives all: others are only found again.
         if place is not None and not (self._given and place[1] is None):
             slot, track_id = place
             track = self._slots[slot] = self._new_track(view, start, track_id)
-            if track_id is None and by == BY_WALK:
+            if track_id is None and found.source == BY_WALK:
                 track.probation = Probation(self._stamp_ns)
         self._drop_unused()
 
@@ -476,7 +422,7 @@ class PeopleTracker:
 
     def _estimate(self, view: View, box: Box, *, by_map: bool = False) -> FirstMask:
         """Estimate a first mask in a box in working pixels."""
-        past = self._finder.background
+        past = self._starter.background
         return estimate_first(view, box, past, self._bank, self._config, by_map=by_map)
 
     def _view_for(self, box: Box) -> View:

@@ -12,6 +12,7 @@ from gait_segmentation.scene.scene import (
     Scene,
     SceneOptions,
     View,
+    Whereabouts,
     moving_pixels,
     windows_about,
 )
@@ -28,12 +29,13 @@ class Place:
 
     def __init__(self) -> None:
         self.scene, self.view, self.stamp_ns = Scene(SOURCE), View(SOURCE, 1.0), 0
+        self.where = Whereabouts()
 
     def show(self, image: np.ndarray, *, camera: bool = True, texture: bool = True) -> Frame:
         """Take in a frame."""
         self.stamp_ns += 10**7
-        self.scene.options = SceneOptions(camera, texture)
-        self.scene.advance(image, self.stamp_ns)
+        options = SceneOptions(camera, texture)
+        self.scene.advance(image, self.stamp_ns, {self.view: self.where}, options=options)
         if not self.scene.views:
             self.scene.add(self.view)
         return self.view.now
@@ -54,7 +56,7 @@ class Place:
 def test_the_background_is_learnt_about_people_or_everywhere(everywhere: bool) -> None:
     made = Place()
     made.show(wall())
-    made.view.areas, made.view.everywhere = [Box(20, 40, 30, 100)], everywhere
+    made.where = Whereabouts((Box(20, 40, 30, 100),), everywhere)
     made.show(wall())
     made.learn(margins=[(slice(0, 50), slice(0, 50))])
     count = made.view.background.count
@@ -113,10 +115,9 @@ def test_levels_stay_as_they_are_if_that_is_asked_for() -> None:
     off = SceneOptions(light=False, contrast=False)
     for options in (off, replace(off, light=True), replace(off, contrast=True)):
         made = Scene(SOURCE)
-        made.options = options
         for number in (1, 2):
             image = cv2.convertScaleAbs(wall(), alpha=0.5 / number)
-            made.advance(image, number)
+            made.advance(image, number, options=options)
             if number == 1:
                 made.add(View(SOURCE, 1.0))
         assert np.array_equal(made.views[0].now.image.bgr, image) == (options is off)

@@ -11,6 +11,7 @@ from itertools import cycle
 import cv2
 import numpy as np
 
+from gait_segmentation.detector.lookout import Lookout
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import Feedback, TrackResult
 from gait_segmentation.starting import StartingConfig
@@ -104,12 +105,20 @@ def picture(
 class Told:
     """A tracker that is told the true masks, frame by frame, or so many frames late."""
 
-    def __init__(self, slots: int = 1, auto: str = 'none', late: int = 0, **tracking) -> None:
+    def __init__(
+        self,
+        slots: int = 1,
+        auto: str = 'none',
+        late: int = 0,
+        lookout: Lookout | None = None,
+        **tracking,
+    ) -> None:
         self.tracker = PeopleTracker(
             small_bank(),
             TrackingConfig(**tracking),
             max_people=slots,
             starting=StartingConfig(auto_init=auto),
+            lookout=lookout,
         )
         self.frames = 0
         self._late, self._waiting = late, deque[list[Feedback]]()

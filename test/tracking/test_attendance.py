@@ -57,9 +57,7 @@ class Network:
 
 def told(slots=1):
     network = Network()
-    result = Told(slots, 'detector')
-    result.tracker.lookout = Lookout(networks=Networks(network))
-    return result, network
+    return Told(slots, 'detector', lookout=Lookout(networks=Networks(network))), network
 
 
 def test_who_is_seen_is_tracked_and_followed():
@@ -101,7 +99,7 @@ def test_whoever_gives_boxes_gives_all():
 
 
 def test_without_a_detector_nothing_is_asked():
-    track = Told(1, 'walk')
-    track.tracker.lookout = Lookout(networks=Networks(lambda image: pytest.fail('it was')))
+    lookout = Lookout(networks=Networks(lambda image: pytest.fail('it was')))
+    track = Told(1, 'walk', lookout=lookout)
     for _ in range(3):
         track.see(*picture([]))

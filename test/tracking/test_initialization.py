@@ -74,7 +74,7 @@ class Finder:
 def finder(monkeypatch: pytest.MonkeyPatch) -> Finder:
     """Return the finder of all trackers that are made."""
     made = Finder()
-    monkeypatch.setattr('gait_segmentation.tracking.tracker.WalkerFinder', lambda *_: made)
+    monkeypatch.setattr('gait_segmentation.starting.starter.WalkerFinder', lambda *_: made)
     return made
 
 

@@ -35,8 +35,8 @@ class Walk:
             shape = image[TOP : TOP + 60, extra].shape
             image[TOP : TOP + 60, extra] = RNG.integers(0, 255, shape)
         self.frames += 1
-        self.scene.options = SceneOptions(camera=False)
-        self.scene.advance(image, self.frames * STEP_NS)
+        still = SceneOptions(camera=False)
+        self.scene.advance(image, self.frames * STEP_NS, options=still)
         if not self.scene.views:
             self.scene.add(self.view)
         self.states.append(State(self.view.now, (float(self.left), 0.0)))
