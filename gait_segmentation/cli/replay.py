@@ -11,9 +11,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from gait_segmentation.cli.replaying.bag_output import BagOutput
 from gait_segmentation.cli.replaying.run import OUTPUTS, Job, Report, replay_all
-from gait_segmentation.cli.replaying.walks import OpenGaitOutput, check_summary, write_summary
 from gait_segmentation.cli.settings import Settings, read_parameter_file
 from gait_segmentation.cli.tool import (
     FAILED,
@@ -31,7 +29,6 @@ from gait_segmentation.config import overridden
 from gait_segmentation.detector.client import DETECTORS, detector_python
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.files.image_files import IMAGE_SUFFIXES
-from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.geometry import Box
 
 _DAMAGED = 1
@@ -44,14 +41,13 @@ or .db3) or a ROS 1 bag; neither reading nor writing needs ROS.
 
 EPILOG = """\
 It writes bags, OUT/NAME, and what else is asked for. With several inputs every
-FILE and DIR but that of --summary is a folder, and gets a file or folder NAME
-(with its suffix) for each input. NAME is the input's without suffix.
+FILE and DIR is a folder, and gets a file or folder NAME (with its suffix) for
+each input. NAME is the input's without suffix.
 
 Outputs that exist are not made again, so an interrupted run is continued by
-the same command; --force makes them again. What cannot be an output of this
-command is never replaced, with --force neither (films: whatever they show), and
-nothing is written over or into an input. Ctrl-C or an error leave what was done
-as NAME.partial, which can be read.
+the same command; --force makes them again. What is of another kind is never
+replaced, with --force neither, and nothing is written over or into an input.
+Ctrl-C or an error leave what was done as NAME.partial, which can be read.
 
 Stamps are those of the headers in a bag (the time of recording where a header
 has none); frame N of a film has the stamp (N + 1) / fps, or its own time where
@@ -63,7 +59,7 @@ out), 2 if an input could not be replayed, 130 if interrupted
 examples (after colcon build with "ros2 run gait_segmentation" in front)
   gait_replay walk.mp4 --box 400 120 80 260 --overlay walk-overlay.mp4
   gait_replay bags/* --out out/replay --opengait silhouettes --jobs 2
-  gait_replay bags/* --opengait silhouettes --summary walks.csv --dask tcp://host:8786
+  gait_replay bags/* --opengait silhouettes --dask tcp://host:8786
   gait_replay walk.mp4 --box 400 120 80 260 --preset paper
   gait_replay robot.bag --topic /camera/image_raw --set people.max_people=3
 """
@@ -77,7 +73,6 @@ def parser() -> argparse.ArgumentParser:
     for kind in OUTPUTS:
         metavar = 'FILE' if kind.files is None else 'DIR'
         add(kind.option, type=Path, default=kind.default, metavar=metavar, help=kind.help)
-    add('--summary', type=Path, metavar='FILE', help='write a table of all walks in all inputs')
     add(
         '--box',
         type=float,
@@ -196,10 +191,6 @@ def _replay_all(options: argparse.Namespace) -> int:
     read = [Path(each) for each in given if each]
     for job in wanted:
         job.check(read)
-    if options.summary:
-        made = [path for job in wanted for path in job.outputs.values()]
-        keep_apart([('--summary', options.summary)], [*read, *made])
-        check_summary(options.summary)
     jobs = [job for job in wanted if job.missing(force=options.force)]
     for job in wanted:
         if job not in jobs:
@@ -210,8 +201,6 @@ def _replay_all(options: argparse.Namespace) -> int:
         reports = replay_all(jobs, options.jobs, force=options.force, cluster=options.dask)
         place = jobs[0].bag if len(jobs) == 1 else options.out
         _print(reports, time.monotonic() - started, place)
-    if options.summary:
-        write_summary(options.summary, [row for job in wanted for row in _walks(job)])
     if len(reports) < len(jobs):
         left = len(jobs) - len(reports)
         print(f'gait_replay: interrupted before {left} of the inputs', file=sys.stderr)
@@ -220,24 +209,6 @@ def _replay_all(options: argparse.Namespace) -> int:
     if any(report.error for report in reports):
         return FAILED
     return _DAMAGED if any(report.damaged for report in reports) else 0
-
-
-def _walks(job: Job) -> list[dict[str, object]]:
-    """Return what the bag of an input says of the walks in it, as rows of the summary."""
-    walks = BagOutput.walks(job.bag)
-    if walks is None and job.bag.exists():
-        print(
-            f'gait_replay: {job.bag} says nothing of walks and is left out of the summary; '
-            '--force makes it again',
-            file=sys.stderr,
-        )
-    rows = []
-    for walk in walks or ():
-        folder = job.outputs.get(OpenGaitOutput)
-        file = folder and folder / OpenGaitOutput.place_of(walk)
-        found = str(file) if file and file.is_file() else ''
-        rows.append({'input': str(job.input), **vars(walk), 'silhouettes': found})
-    return rows
 
 
 def _print(reports: list[Report], seconds: float, place: Path) -> None:

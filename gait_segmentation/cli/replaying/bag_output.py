@@ -4,10 +4,8 @@
 
 from __future__ import annotations
 
-import json
 import re
 from contextlib import suppress
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +16,6 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_typestore
 
 from gait_segmentation.cli.replaying.outputs import Output
-from gait_segmentation.cli.replaying.walks import Walk, Walks
-from gait_segmentation.errors import SequenceError
-from gait_segmentation.files.reading import read_yaml
 from gait_segmentation.inputs import Frame
 from gait_segmentation.pipeline import FrameResult
 from gait_segmentation.streams.fields import (
@@ -49,8 +44,8 @@ _SLOT_TOPICS = {
     'mask': _IMAGE,
 }
 
-_MARK, _WALKS = 'gait_replay', 'walks'
-"""Of the entries in the metadata that say who made a bag, and who walks in it."""
+_MARK = 'gait_replay'
+"""Of the entry in the metadata that says who made a bag."""
 
 _FOREVER = interfaces.QosTime(2147483647, 4294967295)
 
@@ -115,7 +110,7 @@ class BagOutput(Output):
 
     def begin(self) -> None:
         """Open the bag and declare the topics."""
-        self._messages, self._walks = Messages(), Walks()
+        self._messages = Messages()
         self._shape: tuple[int, int] | None = None
         self._writer: Any = Writer(self.work, version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
@@ -133,32 +128,12 @@ class BagOutput(Output):
 
     @classmethod
     def is_own(cls, path: Path) -> bool:
-        """Return whether the bag says so and all its files are there."""
-        return _MARK in cls._said(path)
-
-    @classmethod
-    def walks(cls, path: Path) -> list[Walk] | None:
-        """Return the walks in such a bag, None if it does not say."""
-        try:
-            return [Walk(**each) for each in json.loads(cls._said(path)[_WALKS])]
-        except (LookupError, TypeError, ValueError):
-            return None
-
-    @staticmethod
-    def _said(path: Path) -> dict[str, str]:
-        """Return the entries in the metadata of a bag, none if it is not complete."""
-        try:
-            about = read_yaml(path / 'metadata.yaml', SequenceError)
-            about = about['rosbag2_bagfile_information']
-            said = about['custom_data'].items()
-            whole = all((path / name).stat().st_size for name in about['relative_file_paths'])
-        except (SequenceError, OSError, AttributeError, LookupError, TypeError):
-            return {}
-        return {key: value for key, value in said if isinstance(value, str)} if whole else {}
+        """Return whether the bag says so."""
+        about = path / 'metadata.yaml'
+        return about.is_file() and _MARK.encode() in about.read_bytes()
 
     def add(self, frame: Frame, result: FrameResult) -> None:
         """Write all messages of a frame."""
-        self._walks.add(result)
         make = self._messages
         header = make.header(frame)
         shape = (result.mask.shape[0], result.mask.shape[1])
@@ -186,8 +161,6 @@ class BagOutput(Output):
         if self._writer.storage is None:
             # Tried before.
             return
-        walks = [asdict(walk) for walk in self._walks.all()]
-        self._writer.set_custom_data(_WALKS, json.dumps(walks))
         storage = self._writer.storage
         try:
             self._writer.close()

@@ -28,12 +28,12 @@ from gait_segmentation.cli.replaying.outputs import (
     About,
     CsvOutput,
     MasksOutput,
+    OpenGaitOutput,
     Output,
     OverlayOutput,
     partial_path,
     remove,
 )
-from gait_segmentation.cli.replaying.walks import OpenGaitOutput
 from gait_segmentation.cli.tool import scaled_box
 from gait_segmentation.detector.client import Detector
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
