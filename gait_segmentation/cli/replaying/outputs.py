@@ -180,17 +180,18 @@ class Output(ABC):
         """
 
     def finish(self) -> None:  # noqa: B027
-        """Write what belongs to the end; here, nothing.  It may be called again if it failed."""
+        """Write what belongs to the end; here, nothing."""
 
     def close(self, *, complete: bool) -> None:
         """
-        Finish, and give the output its name if it is complete; nothing if that was done.
+        Finish, and give the output its name if it is complete; nothing if that was tried.
 
         :raises OSError: if it is to be complete and cannot be finished.
         :raises SequenceError: likewise.
         """
         if self._closed:
             return
+        self._closed = True
         if complete:
             with named(self.path):
                 self.finish()
@@ -199,7 +200,6 @@ class Output(ABC):
         else:
             with contextlib.suppress(OSError, SequenceError):
                 self.finish()
-        self._closed = True
 
 
 class MasksOutput(Output):
