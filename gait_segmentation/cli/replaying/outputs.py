@@ -192,14 +192,12 @@ class Output(ABC):
         if self._closed:
             return
         self._closed = True
-        if complete:
-            with named(self.path):
-                self.finish()
+        failures = () if complete else (OSError, SequenceError)
+        with contextlib.suppress(*failures), named(self.path):
+            self.finish()
+            if complete:
                 remove(self.path)
                 self.work.replace(self.path)
-        else:
-            with contextlib.suppress(OSError, SequenceError):
-                self.finish()
 
 
 class MasksOutput(Output):
@@ -212,19 +210,19 @@ class MasksOutput(Output):
     @classmethod
     def is_own(cls, path: Path) -> bool:
         """Return whether all images are grey, as masks are and frames are not."""
-        return all(_is_grey_png(each) for each in path.iterdir())
+        for each in path.iterdir():
+            with each.open('rb') as file:
+                # The signature, and after the size 8 bits of grey.
+                head = file.read(26)
+            if not head.startswith(b'\x89PNG') or head[24:] != b'\x08\0':
+                return False
+        return True
 
     def add(self, frame: Frame, result: FrameResult) -> None:
         """Write the mask of a frame."""
         if result.mask.size:
             data = cv2.imencode('.png', result.mask)[1].tobytes()
             (self.work / f'{frame.number:04d}.png').write_bytes(data)
-
-
-def _is_grey_png(path: Path) -> bool:
-    with path.open('rb') as file:
-        head = file.read(26)
-    return head.startswith(b'\x89PNG') and head[24:] == b'\x08\0'
 
 
 class OverlayOutput(Output):
@@ -256,9 +254,8 @@ class OverlayOutput(Output):
 
     def add(self, frame: Frame, result: FrameResult) -> None:
         """Draw a frame and write it."""
-        picture = np.zeros((*self.about.size[::-1], 3), np.uint8)
-        if frame.image is not None:
-            picture = frame.image.copy()
+        black = np.zeros((*self.about.size[::-1], 3), np.uint8)
+        picture = black if frame.image is None else frame.image.copy()
         for person in result.people:
             track, match = person.track, person.match
             if track.box is not None:
@@ -271,11 +268,8 @@ class OverlayOutput(Output):
                     azimuth=math.nan if match.body is None else match.azimuth,
                 )
         draw_label(picture, f'{frame.number}', (4, 4))
-        if picture.shape[1::-1] != self.about.size:
-            picture = np.asarray(
-                cv2.resize(picture, self.about.size, interpolation=cv2.INTER_AREA)
-            )
-        self._film.write(picture)
+        # Which is a copy, where it has the size.
+        self._film.write(cv2.resize(picture, self.about.size, interpolation=cv2.INTER_AREA))
         self._frames += 1
 
     def finish(self) -> None:

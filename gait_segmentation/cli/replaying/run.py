@@ -245,9 +245,8 @@ def replay_all(jobs: list[Job], at_a_time: int, *, force: bool, cluster: str = '
         # Before signals are only checked between frames; and once for all processes.
         with compiling(lambda text: print(f'gait_replay: {text}', file=sys.stderr)):
             compile_kernels()
-    workers = min(at_a_time, len(jobs))
-    if cluster or workers > 1:
-        return _share_out(jobs, cluster, workers, force)
+    if cluster or min(at_a_time, len(jobs)) > 1:
+        return _share_out(jobs, cluster, min(at_a_time, len(jobs)), force)
     reports: list[Report] = []
     with _until_interrupted() as stop:
         for job in jobs:
@@ -303,11 +302,19 @@ def _share_out(jobs: list[Job], address: str, workers: int, force: bool) -> list
                     halt.set()
                 time.sleep(_ASK_S)
                 for future in [each for each in futures if each.done()]:
-                    reports += _reports_of(future, futures.pop(future))
+                    job = futures.pop(future)
+                    try:
+                        reports += future.result()
+                    except Exception as error:
+                        # Of Dask: the worker died, as when memory runs out, or the cluster.
+                        why = f'{type(error).__name__}: {error}'.partition('. ')[0]
+                        said = f'a worker failed, the same command goes on ({why})'
+                        reports.append(Report(job.input, error=said))
                     bar.update()
             return reports
     except Exception as error:
-        raise ConfigError(f'--dask {address}: {error or type(error).__name__}') from error
+        option = f'--dask {address}' if address else '--jobs'
+        raise ConfigError(f'{option}: {error or type(error).__name__}') from error
     finally:
         logging.disable(logging.NOTSET)
 
@@ -348,17 +355,6 @@ def _replay_task(job: Job, halt: Any, force: bool) -> list[Report]:
         return bool(halt.is_set())
 
     return [replay(job, _prepared(job.bank), stop, force=force)]
-
-
-def _reports_of(future: Any, job: Job) -> list[Report]:
-    """Return what a worker that is done has returned, or a report of what became of it."""
-    try:
-        found: list[Report] = future.result()
-    except Exception as error:
-        # Of Dask: the worker died, as when memory runs out, or the cluster is gone.
-        why = f'{type(error).__name__}: {error}'.partition('. ')[0]
-        return [Report(job.input, error=f'a worker failed, the same command goes on ({why})')]
-    return found
 
 
 @cache
