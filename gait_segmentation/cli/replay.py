@@ -140,22 +140,25 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
         if path.suffix.lower() in IMAGE_SUFFIXES and path.is_file():
             raise ConfigError(f'{path} is a single picture: give the folder, {path.parent}')
     several = len(options.input) > 1
+    # Machines of a cluster are in other folders.
+    here = Path.cwd() if options.dask else Path()
+    bank, heat_map = options.bank or settings.bank.bank, options.heat_map
     jobs = []
     for path, name in zip(options.input, names_of(options.input), strict=True):
         outputs = {}
         for kind in OUTPUTS:
             given = getattr(options, kind.option.strip('-'))
             if given is not None:
-                outputs[kind] = kind.place(given, name, several=several)
+                outputs[kind] = here / kind.place(given, name, several=several)
         jobs.append(
             Job(
-                input=path,
+                input=here / path,
                 config=overridden(settings.config, options.set),
                 outputs=outputs,
                 reading={each: getattr(options, each) for each in READING},
-                bank=options.bank or settings.bank.bank,
+                bank=bank and str(here / bank),
                 box=Box(*options.box) if options.box is not None else settings.start.box(),
-                heat_map=options.heat_map,
+                heat_map=str(here / heat_map) if os.path.isdir(heat_map) else heat_map,
                 detector=options.detector,
             )
         )
@@ -185,9 +188,8 @@ def names_of(paths: list[Path]) -> list[str]:
 def _replay_all(options: argparse.Namespace) -> int:
     wanted = make_jobs(options)
     vocabulary = wanted[0].config.segmentation.vocabulary
-    given = [*options.input, options.params, wanted[0].bank, vocabulary]
-    if options.heat_map and Path(options.heat_map).is_dir():
-        given.append(options.heat_map)
+    maps = wanted[0].heat_map if os.path.isdir(wanted[0].heat_map) else ''
+    given = [*options.input, options.params, wanted[0].bank, vocabulary, maps]
     read = [Path(each) for each in given if each]
     for job in wanted:
         job.check(read)
@@ -201,10 +203,9 @@ def _replay_all(options: argparse.Namespace) -> int:
         reports = replay_all(jobs, options.jobs, force=options.force, cluster=options.dask)
         place = jobs[0].bag if len(jobs) == 1 else options.out
         _print(reports, time.monotonic() - started, place)
-    if len(reports) < len(jobs):
-        left = len(jobs) - len(reports)
+    if left := len(jobs) - len(reports):
         print(f'gait_replay: interrupted before {left} of the inputs', file=sys.stderr)
-    if any(report.interrupted for report in reports) or len(reports) < len(jobs):
+    if left or any(report.interrupted for report in reports):
         return INTERRUPTED
     if any(report.error for report in reports):
         return FAILED

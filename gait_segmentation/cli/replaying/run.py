@@ -11,7 +11,7 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -101,18 +101,6 @@ class Job:
             keep_apart([(kind.option, each) for each in (path, partial_path(path))], inputs)
         for kind, path in self.outputs.items():
             kind.check(path)
-
-    def anywhere(self) -> Job:
-        """Return the same job with paths that hold whatever the folder of a process is."""
-        here = Path.cwd()
-        is_folder = self.heat_map and Path(self.heat_map).is_dir()
-        return replace(
-            self,
-            input=here / self.input,
-            outputs={kind: here / path for kind, path in self.outputs.items()},
-            bank=self.bank and str(here / self.bank),
-            heat_map=str(here / self.heat_map) if is_folder else self.heat_map,
-        )
 
 
 @dataclass
@@ -293,8 +281,7 @@ def _share_out(jobs: list[Job], address: str, workers: int, force: bool) -> list
         with _client(Client, address, workers) as client, _until_interrupted() as stop, bar:
             halt = Event(client=client)
             futures = {
-                client.submit(_replay_task, job.anywhere(), halt, force, pure=False): job
-                for job in jobs
+                client.submit(_replay_task, job, halt, force, pure=False): job for job in jobs
             }
             reports: list[Report] = []
             while futures:
