@@ -22,18 +22,28 @@ demo: $(VENV)/demo  ## push a film of a walking woman through the three nodes (P
 	$(BIN)/gait_demo --out $(OUT)/demo $(if $(PRESET),--preset $(PRESET)) $(if $(DETECTOR),--detector $(DETECTOR))
 	@echo 'next, a film of your own: make overlay FILM=walk.mp4'
 
-# Made again each time, as it may be another film of that name.
+# As it was typed: make would take "a$b" for a variable, the shell "Tom's" for an open quote.
+override export FILM := $(value FILM)
+override export OUT := $(value OUT)
+HERE = case "$$FILM" in '~/'*) FILM=$$HOME/$${FILM\#'~/'};; esac
+
+# Made again each time, but nothing is replaced that is not of this film, as one's own or of another of that name.
 overlay: film-given $(VENV)/demo  ## find who is in FILM=walk.mp4: overlay and masks (of three: PEOPLE=3; DETECTOR=people)
 	@$(NETWORK)
-	@name=$$(basename '$(FILM)'); place=$$(realpath -m '$(OUT)')/$${name%.*}; \
-	$(BIN)/gait_replay '$(FILM)' --force --out '$(OUT)/replay' --overlay "$$place.mp4" --masks "$${place}_masks" \
-		--set people.max_people=$(or $(PEOPLE),3) $(if $(DETECTOR),--detector $(DETECTOR)) && \
-	echo "$$place.mp4  the film with outline, box, direction and phase" && \
+	@$(HERE); name=$$(basename -- "$$FILM"); place=$$(realpath -m -- "$$OUT")/$${name%.*}; \
+	film=$$(realpath -- "$$FILM"); known="$${place%/*}/replay/$${name%.*}.film"; \
+	for each in "$${place}_overlay.mp4" "$${place}_masks"; do \
+		if test -e "$$each" -a "$$(cat -- "$$known" 2>/dev/null)" != "$$film"; then \
+			echo "$$each is there already, and not of this film: OUT=... is another place" >&2; exit 1; fi; done; \
+	mkdir -p -- "$${known%/*}" && printf '%s\n' "$$film" >"$$known" && \
+	$(BIN)/gait_replay --force --out "$$OUT/replay" --overlay "$${place}_overlay.mp4" --masks "$${place}_masks" \
+		--set people.max_people=$(or $(PEOPLE),3) $(if $(DETECTOR),--detector $(DETECTOR)) -- "$$FILM" && \
+	echo "$${place}_overlay.mp4  the film with outline, box, direction and phase" && \
 	echo "$${place}_masks  the silhouettes, a picture a frame"
 
 # Before the installation, which takes minutes.
 film-given:
-	@test -e '$(FILM)' || { echo 'say which film: make overlay FILM=walk.mp4$(if $(FILM), ($(FILM) is not there))' >&2; exit 1; }
+	@$(HERE); test -e "$$FILM" || { echo "say which film: make overlay FILM=walk.mp4$${FILM:+ ($$FILM is not there)}" >&2; exit 1; }
 
 test: $(VENV)/installed lint  ## check the code and run all tests
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile

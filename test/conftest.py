@@ -10,9 +10,7 @@ import os
 import pkgutil
 import signal
 import threading
-from collections.abc import Iterator
 
-import pytest
 from hypothesis import HealthCheck, settings
 
 import gait_segmentation
@@ -49,13 +47,3 @@ def pytest_collection_finish() -> None:
             # Without ROS 2 some cannot be.
             with contextlib.suppress(ImportError):
                 importlib.import_module(module.name)
-
-
-@pytest.fixture
-def signal_handlers() -> Iterator[None]:
-    """Put the handlers of the signals that end a process back after a test."""
-    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    before = [signal.getsignal(number) for number in numbers]
-    yield
-    for number, handler in zip(numbers, before, strict=True):
-        signal.signal(number, handler)

@@ -261,3 +261,31 @@ def test_an_overlay_without_a_film_says_what_to_type(given: list[str], tmp_path:
     assert made.returncode == 2
     assert 'make overlay FILM=walk.mp4' in made.stderr
     assert not environment.exists()
+
+
+@pytest.mark.skipif(shutil.which('make') is None, reason='needs make')
+@pytest.mark.parametrize('name', ['my walk (1)', "Tom's walk", 'a$b'])
+def test_an_overlay_is_of_the_film_as_typed_and_replaces_nothing(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said, film = tmp_path / 'venv/bin/gait_replay', tmp_path / f'{name}.mp4'
+    said.parent.mkdir(parents=True)
+    said.write_text('#!/bin/sh\nprintf "%s\\n" "$@"\n')
+    said.chmod(0o755)
+    for path in (tmp_path / 'venv/demo', film):
+        path.touch()
+    monkeypatch.setenv('HOME', str(tmp_path))
+    command = ['make', '-sC', str(ROOT), 'overlay', f'VENV={tmp_path}/venv', f'OUT={tmp_path}']
+    for given in (film, f'~/{name}.mp4'):
+        made = subprocess.run([*command, f'FILM={given}'], capture_output=True, text=True)
+        assert made.returncode == 0, made.stderr
+        assert {f'{tmp_path}/{name}_overlay.mp4', str(film)} <= set(made.stdout.splitlines())
+    # Its own overlay is made again, that of another film of its name is not.
+    (tmp_path / f'{name}_overlay.mp4').touch()
+    (tmp_path / 'other').mkdir()
+    other = film.rename(tmp_path / 'other' / film.name)
+    film.touch()
+    for each, code in ((film, 0), (other, 2), (film, 0)):
+        again = [*command, f'FILM={each}']
+        made = subprocess.run(again, capture_output=True, text=True)
+        assert (made.returncode, 'is there already' in made.stderr) == (code, code != 0)

@@ -11,9 +11,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from gait_segmentation.cli.replaying.bag_output import BagOutput
 from gait_segmentation.cli.replaying.run import OUTPUTS, Job, Report, replay_all
-from gait_segmentation.cli.replaying.walks import OpenGaitOutput, check_summary, write_summary
 from gait_segmentation.cli.settings import Settings, read_parameter_file
 from gait_segmentation.cli.tool import (
     FAILED,
@@ -32,7 +30,6 @@ from gait_segmentation.detector.config import BOXES
 from gait_segmentation.detector.networks import open_networks
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.files.image_files import IMAGE_SUFFIXES
-from gait_segmentation.files.output_files import keep_apart
 from gait_segmentation.geometry import Box
 
 _DAMAGED = 1
@@ -45,14 +42,13 @@ or .db3) or a ROS 1 bag; neither reading nor writing needs ROS.
 
 EPILOG = """\
 It writes bags, OUT/NAME, and what else is asked for. With several inputs every
-FILE and DIR but that of --summary is a folder, and gets a file or folder NAME
-(with its suffix) for each input. NAME is the input's without suffix.
+FILE and DIR is a folder, and gets a file or folder NAME (with its suffix) for
+each input. NAME is the input's without suffix.
 
 Outputs that exist are not made again, so an interrupted run is continued by
-the same command; --force makes them again. What cannot be an output of this
-command is never replaced, with --force neither (films: whatever they show), and
-nothing is written over or into an input. Ctrl-C or an error leave what was done
-as NAME.partial, which can be read.
+the same command; --force makes them again. What is of another kind is never
+replaced, with --force neither, and nothing is written over or into an input.
+Ctrl-C or an error leave what was done as NAME.partial, which can be read.
 
 Stamps are those of the headers in a bag (the time of recording where a header
 has none); frame N of a film has the stamp (N + 1) / fps, or its own time where
@@ -64,7 +60,7 @@ out), 2 if an input could not be replayed, 130 if interrupted
 examples (after colcon build with "ros2 run gait_segmentation" in front)
   gait_replay walk.mp4 --box 400 120 80 260 --overlay walk-overlay.mp4
   gait_replay bags/* --out out/replay --opengait silhouettes --jobs 2
-  gait_replay bags/* --opengait silhouettes --summary walks.csv --dask tcp://host:8786
+  gait_replay bags/* --opengait silhouettes --dask tcp://host:8786
   gait_replay walk.mp4 --box 400 120 80 260 --preset paper
   gait_replay robot.bag --topic /camera/image_raw --set people.max_people=3
 """
@@ -78,7 +74,6 @@ def parser() -> argparse.ArgumentParser:
     for kind in OUTPUTS:
         metavar = 'FILE' if kind.files is None else 'DIR'
         add(kind.option, type=Path, default=kind.default, metavar=metavar, help=kind.help)
-    add('--summary', type=Path, metavar='FILE', help='write a table of all walks in all inputs')
     add(
         '--box',
         type=float,
@@ -149,22 +144,25 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
         # Before anything is written.
         open_networks(config.detector.network)
     several = len(options.input) > 1
+    # Machines of a cluster are in other folders.
+    here = Path.cwd() if options.dask else Path()
+    bank, heat_map = options.bank or settings.bank.bank, options.heat_map
     jobs = []
     for path, name in zip(options.input, names_of(options.input), strict=True):
         outputs = {}
         for kind in OUTPUTS:
             given = getattr(options, kind.option.strip('-'))
             if given is not None:
-                outputs[kind] = kind.place(given, name, several=several)
+                outputs[kind] = here / kind.place(given, name, several=several)
         jobs.append(
             Job(
-                input=path,
+                input=here / path,
                 config=config,
                 outputs=outputs,
                 reading={each: getattr(options, each) for each in READING},
-                bank=options.bank or settings.bank.bank,
+                bank=bank and str(here / bank),
                 box=Box(*options.box) if options.box is not None else settings.start.box(),
-                heat_map=options.heat_map,
+                heat_map=str(here / heat_map) if os.path.isdir(heat_map) else heat_map,
             )
         )
     return jobs
@@ -193,16 +191,11 @@ def names_of(paths: list[Path]) -> list[str]:
 def _replay_all(options: argparse.Namespace) -> int:
     wanted = make_jobs(options)
     vocabulary = wanted[0].config.segmentation.vocabulary
-    given = [*options.input, options.params, wanted[0].bank, vocabulary]
-    if options.heat_map and Path(options.heat_map).is_dir():
-        given.append(options.heat_map)
+    maps = wanted[0].heat_map if os.path.isdir(wanted[0].heat_map) else ''
+    given = [*options.input, options.params, wanted[0].bank, vocabulary, maps]
     read = [Path(each) for each in given if each]
     for job in wanted:
         job.check(read)
-    if options.summary:
-        made = [path for job in wanted for path in job.outputs.values()]
-        keep_apart([('--summary', options.summary)], [*read, *made])
-        check_summary(options.summary)
     jobs = [job for job in wanted if job.missing(force=options.force)]
     for job in wanted:
         if job not in jobs:
@@ -213,34 +206,13 @@ def _replay_all(options: argparse.Namespace) -> int:
         reports = replay_all(jobs, options.jobs, force=options.force, cluster=options.dask)
         place = jobs[0].bag if len(jobs) == 1 else options.out
         _print(reports, time.monotonic() - started, place)
-    if options.summary:
-        write_summary(options.summary, [row for job in wanted for row in _walks(job)])
-    if len(reports) < len(jobs):
-        left = len(jobs) - len(reports)
+    if left := len(jobs) - len(reports):
         print(f'gait_replay: interrupted before {left} of the inputs', file=sys.stderr)
-    if any(report.interrupted for report in reports) or len(reports) < len(jobs):
+    if left or any(report.interrupted for report in reports):
         return INTERRUPTED
     if any(report.error for report in reports):
         return FAILED
     return _DAMAGED if any(report.damaged for report in reports) else 0
-
-
-def _walks(job: Job) -> list[dict[str, object]]:
-    """Return what the bag of an input says of the walks in it, as rows of the summary."""
-    walks = BagOutput.walks(job.bag)
-    if walks is None and job.bag.exists():
-        print(
-            f'gait_replay: {job.bag} says nothing of walks and is left out of the summary; '
-            '--force makes it again',
-            file=sys.stderr,
-        )
-    rows = []
-    for walk in walks or ():
-        folder = job.outputs.get(OpenGaitOutput)
-        file = folder and folder / OpenGaitOutput.place_of(walk)
-        found = str(file) if file and file.is_file() else ''
-        rows.append({'input': str(job.input), **vars(walk), 'silhouettes': found})
-    return rows
 
 
 def _print(reports: list[Report], seconds: float, place: Path) -> None:

@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 import pytest
 from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
 
 from gait_segmentation.cli.replay import main, make_jobs, names_of, parser
-from gait_segmentation.cli.replaying.bag_output import Messages
 from gait_segmentation.cli.replaying.outputs import TABLE_COLUMNS
 from gait_segmentation.cli.replaying.run import OUTPUTS, replay
 from gait_segmentation.errors import ConfigError
@@ -72,9 +72,10 @@ def test_every_frame_has_the_pipelines_results(
         counts = {name: topic.msgcount for name, topic in reader.topics.items()}
         assert counts.pop('/image_size') == 1
         assert set(counts.values()) == {FRAMES}
+        store = get_typestore(Stores.ROS2_JAZZY)
         for connection, stamp_ns, data in reader.messages():
             if connection.topic == '/person_0/gait':
-                gait: Any = Messages().store.deserialize_cdr(data, connection.msgtype)
+                gait: Any = store.deserialize_cdr(data, connection.msgtype)
                 # Stamped as recorded; of who is not seen nothing is said.
                 assert bool(gait.name) == (stamp_ns - 5_000_000 != stamp(BROKEN))
 

@@ -4,10 +4,8 @@
 
 from __future__ import annotations
 
-import json
 import re
 from contextlib import suppress
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +16,6 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from rosbags.typesys import Stores, get_typestore
 
 from gait_segmentation.cli.replaying.outputs import Output
-from gait_segmentation.cli.replaying.walks import Walk, Walks
-from gait_segmentation.errors import SequenceError
-from gait_segmentation.files.reading import read_yaml
 from gait_segmentation.inputs import Frame
 from gait_segmentation.pipeline import FrameResult
 from gait_segmentation.streams.fields import (
@@ -49,54 +44,10 @@ _SLOT_TOPICS = {
     'mask': _IMAGE,
 }
 
-_MARK, _WALKS = 'gait_replay', 'walks'
-"""Of the entries in the metadata that say who made a bag, and who walks in it."""
+_MARK = 'gait_replay'
+"""Of the entry in the metadata that says who made a bag."""
 
 _FOREVER = interfaces.QosTime(2147483647, 4294967295)
-
-
-class Messages:
-    """Makes messages of the types that rosbags brings, and serialises them."""
-
-    def __init__(self) -> None:
-        """Load the types of Jazzy."""
-        self.store = get_typestore(Stores.ROS2_JAZZY)
-
-    def header(self, frame: Frame) -> Any:
-        """Return the header of the source image, bit for bit."""
-        time = self._made('builtin_interfaces/msg/Time', *divmod(frame.header_ns, 1_000_000_000))
-        return self._made('std_msgs/msg/Header', time, frame.frame_id)
-
-    def image(self, image: NDArray[np.uint8], header: Any) -> bytes:
-        """Serialise a (H, W) uint8 image as mono8."""
-        height, width = image.shape
-        data = np.ascontiguousarray(image).reshape(-1)
-        return self._serialised(_IMAGE, header, height, width, 'mono8', 0, width, data)
-
-    def box(self, corners: Corners, track_id: int, header: Any) -> bytes:
-        """Serialise a box."""
-        points = [
-            self._made('geometry_msgs/msg/Point32', float(x), float(y), 0.0) for x, y in corners
-        ]
-        polygon = self._made('geometry_msgs/msg/Polygon', points)
-        instance = self._made('geometry_msgs/msg/PolygonInstance', polygon, track_id)
-        return self._serialised(_BOX, header, instance)
-
-    def gait(self, match: Any, header: Any) -> bytes:
-        """Serialise what a match says of the gait."""
-        names, *numbers = gait_joints(match)
-        arrays = (np.array(each, np.float64) for each in numbers)
-        return self._serialised(_GAIT, header, list(names), *arrays)
-
-    def size(self, shape: tuple[int, int]) -> bytes:
-        """Serialise the size of the source."""
-        return self._serialised(_SIZE, 0, 0, shape[0], shape[1], False)
-
-    def _made(self, kind: str, *fields: Any) -> Any:
-        return self.store.types[kind](*fields)
-
-    def _serialised(self, kind: str, *fields: Any) -> bytes:
-        return bytes(self.store.serialize_cdr(self._made(kind, *fields), kind))
 
 
 class BagOutput(Output):
@@ -115,8 +66,8 @@ class BagOutput(Output):
 
     def begin(self) -> None:
         """Open the bag and declare the topics."""
-        self._messages, self._walks = Messages(), Walks()
-        self._shape: tuple[int, int] | None = None
+        self._store = get_typestore(Stores.ROS2_JAZZY)
+        self._shape: tuple[int, ...] | None = None
         self._writer: Any = Writer(self.work, version=9, storage_plugin=StoragePlugin.MCAP)
         self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
         self._writer.set_custom_data(_MARK, 'complete')
@@ -133,68 +84,44 @@ class BagOutput(Output):
 
     @classmethod
     def is_own(cls, path: Path) -> bool:
-        """Return whether the bag says so and all its files are there."""
-        return _MARK in cls._said(path)
-
-    @classmethod
-    def walks(cls, path: Path) -> list[Walk] | None:
-        """Return the walks in such a bag, None if it does not say."""
-        try:
-            return [Walk(**each) for each in json.loads(cls._said(path)[_WALKS])]
-        except (LookupError, TypeError, ValueError):
-            return None
-
-    @staticmethod
-    def _said(path: Path) -> dict[str, str]:
-        """Return the entries in the metadata of a bag, none if it is not complete."""
-        try:
-            about = read_yaml(path / 'metadata.yaml', SequenceError)
-            about = about['rosbag2_bagfile_information']
-            said = about['custom_data'].items()
-            whole = all((path / name).stat().st_size for name in about['relative_file_paths'])
-        except (SequenceError, OSError, AttributeError, LookupError, TypeError):
-            return {}
-        return {key: value for key, value in said if isinstance(value, str)} if whole else {}
+        """Return whether the bag says so."""
+        about = path / 'metadata.yaml'
+        return about.is_file() and _MARK.encode() in about.read_bytes()
 
     def add(self, frame: Frame, result: FrameResult) -> None:
         """Write all messages of a frame."""
-        self._walks.add(result)
-        make = self._messages
-        header = make.header(frame)
-        shape = (result.mask.shape[0], result.mask.shape[1])
+        # The header of the source image, bit for bit.
+        time = self._made('builtin_interfaces/msg/Time', *divmod(frame.header_ns, 1_000_000_000))
+        header = self._made('std_msgs/msg/Header', time, frame.frame_id)
+        shape = result.mask.shape
         if shape != self._shape and frame.image is not None:
             self._shape = shape
-            self._write('image_size', frame, make.size(shape))
+            self._write('image_size', frame, 0, 0, *shape, False)
         for slot, person in enumerate(result.people):
             track, match = person.track, person.match
+            names, *numbers = gait_joints(match)
             messages = {
-                'box': make.box(track_corners(track), track.track_id, header),
-                'likelihood': make.image(track.likelihood, header),
-                'matched_box': make.box(matched_corners(match), match.track_id, header),
-                'refined_box': make.box(refined_corners(match), match.track_id, header),
-                'shape_prior': make.image(match.shape_prior, header),
-                'gait': make.gait(match, header),
-                'mask': make.image(person.segmentation.mask, header),
+                'box': self._polygon(track_corners(track), track.track_id),
+                'likelihood': _image(track.likelihood),
+                'matched_box': self._polygon(matched_corners(match), match.track_id),
+                'refined_box': self._polygon(refined_corners(match), match.track_id),
+                'shape_prior': _image(match.shape_prior),
+                'gait': [list(names), *(np.array(each, np.float64) for each in numbers)],
+                'mask': _image(person.segmentation.mask),
             }
-            for name, data in messages.items():
-                self._write(slot_topic(slot, name), frame, data)
-        self._write('mask', frame, make.image(result.mask, header))
-        self._write('labels', frame, make.image(result.labels, header))
+            for name, fields in messages.items():
+                self._write(slot_topic(slot, name), frame, header, *fields)
+        self._write('mask', frame, header, *_image(result.mask))
+        self._write('labels', frame, header, *_image(result.labels))
 
     def finish(self) -> None:
         """Write the index."""
-        if self._writer.storage is None:
-            # Tried before.
-            return
-        walks = [asdict(walk) for walk in self._walks.all()]
-        self._writer.set_custom_data(_WALKS, json.dumps(walks))
         storage = self._writer.storage
         try:
             self._writer.close()
         except OSError:
             with suppress(OSError):
                 storage.bio.close()
-            self._writer.storage = None
             raise
 
     def _connect(self, topic: str, kind: str, latched: bool = False) -> None:
@@ -211,8 +138,28 @@ class BagOutput(Output):
             avoid_ros_namespace_conventions=False,
         )
         self._connections[topic] = self._writer.add_connection(
-            f'/{topic}', kind, typestore=self._messages.store, offered_qos_profiles=[qos]
+            f'/{topic}', kind, typestore=self._store, offered_qos_profiles=[qos]
         )
 
-    def _write(self, topic: str, frame: Frame, data: bytes) -> None:
-        self._writer.write(self._connections[topic], frame.recorded_ns, data)
+    def _made(self, kind: str, *fields: Any) -> Any:
+        return self._store.types[kind](*fields)
+
+    def _polygon(self, corners: Corners, track_id: int) -> list[Any]:
+        """Return the fields of a box but for its header."""
+        points = [
+            self._made('geometry_msgs/msg/Point32', float(x), float(y), 0.0) for x, y in corners
+        ]
+        polygon = self._made('geometry_msgs/msg/Polygon', points)
+        return [self._made('geometry_msgs/msg/PolygonInstance', polygon, track_id)]
+
+    def _write(self, topic: str, frame: Frame, *fields: Any) -> None:
+        connection = self._connections[topic]
+        message = self._made(connection.msgtype, *fields)
+        data = self._store.serialize_cdr(message, connection.msgtype)
+        self._writer.write(connection, frame.recorded_ns, data)
+
+
+def _image(image: NDArray[np.uint8]) -> list[Any]:
+    """Return the fields of a (H, W) uint8 image as mono8 but for its header."""
+    height, width = image.shape
+    return [height, width, 'mono8', 0, width, np.ascontiguousarray(image).reshape(-1)]

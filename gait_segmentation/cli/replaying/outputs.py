@@ -1,12 +1,14 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Outputs of gait_replay: what one is, and masks, films and tables."""
+"""Outputs of gait_replay: what one is, and masks, films, tables and silhouettes."""
 
 from __future__ import annotations
 
+import cmath
 import contextlib
 import csv
 import math
+import pickle
 import re
 import shutil
 from abc import ABC, abstractmethod
@@ -16,14 +18,15 @@ from typing import ClassVar
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from gait_segmentation.drawing import draw_label, draw_person
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.files.output_files import film_name, named, write_file
+from gait_segmentation.files.output_files import film_name, named
 from gait_segmentation.inputs import Frame
 from gait_segmentation.pipeline import FrameResult, PersonResult
 
-STEPS_PER_STRIDE = 2
+_STEPS_PER_STRIDE = 2
 
 TABLE_COLUMNS = (
     'frame',
@@ -45,7 +48,11 @@ TABLE_COLUMNS = (
 )
 """One row a frame and person."""
 
-_MP4V = int.from_bytes(b'mp4v', 'little')
+_LEAST_FRAMES, _LEAST_SUM = 5, 10_000
+"""Of a walk, and of the pixels (0/255) of a silhouette: OpenGait warns of less."""
+
+_SIDE = 64
+"""Height and width of a silhouette in pixels."""
 
 
 @dataclass(frozen=True)
@@ -124,36 +131,34 @@ class Output(ABC):
     @classmethod
     def is_there(cls, path: Path) -> bool:
         """Return whether something is there; an empty file or folder is nothing."""
-        if cls.files is None:
-            return path.is_file() and path.stat().st_size > 0
-        return path.is_dir() and any(path.iterdir())
+        if path.is_dir():
+            return any(path.iterdir())
+        return path.exists() and not (path.is_file() and path.stat().st_size == 0)
 
     @classmethod
     def is_own(cls, path: Path) -> bool:
-        """Return whether what is there, of the right names, is an output of this kind."""
+        """Return whether what is there, of the right names, is of this kind."""
         return True
 
     @classmethod
     def check(cls, path: Path) -> None:
         """
-        Refuse a place where there is something else than such an output.
+        Refuse a place where there is something of another kind.
 
         :raises SequenceError: likewise if that is where this would be while it is made.
         """
-        partial = partial_path(path)
-        own = cls._may_be(path) and (not cls.is_there(path) or cls.is_own(path))
-        for place, fits in ((path, own), (partial, cls._may_be(partial))):
-            if not fits:
+        for place, is_own in ((path, cls.is_own), (partial_path(path), Output.is_own)):
+            if cls.is_there(place) and not (cls._has_names(place) and is_own(place)):
                 raise SequenceError(
-                    f'{place} was not made by gait_replay, or is not all there, and is not '
-                    'replaced: remove it or choose another place'
+                    f'{place} was not made by gait_replay and is not replaced: remove it or '
+                    'choose another place'
                 )
 
     @classmethod
-    def _may_be(cls, path: Path) -> bool:
-        """Return whether the place is free, or what is there has the names of such an output."""
+    def _has_names(cls, path: Path) -> bool:
+        """Return whether it is a file, or a folder of files with the right names, as it is to."""
         if cls.files is None or not path.is_dir():
-            return not path.exists() or (cls.files is None and path.is_file())
+            return cls.files is None and path.is_file()
         found = (each for each in path.rglob('*') if not each.is_dir())
         return all(cls.files.fullmatch(each.relative_to(path).as_posix()) for each in found)
 
@@ -175,26 +180,24 @@ class Output(ABC):
         """
 
     def finish(self) -> None:  # noqa: B027
-        """Write what belongs to the end; here, nothing.  It may be called again if it failed."""
+        """Write what belongs to the end; here, nothing."""
 
     def close(self, *, complete: bool) -> None:
         """
-        Finish, and give the output its name if it is complete; nothing if that was done.
+        Finish, and give the output its name if it is complete; nothing if that was tried.
 
         :raises OSError: if it is to be complete and cannot be finished.
         :raises SequenceError: likewise.
         """
         if self._closed:
             return
-        if complete:
-            with named(self.path):
-                self.finish()
+        self._closed = True
+        failures = () if complete else (OSError, SequenceError)
+        with contextlib.suppress(*failures), named(self.path):
+            self.finish()
+            if complete:
                 remove(self.path)
                 self.work.replace(self.path)
-        else:
-            with contextlib.suppress(OSError, SequenceError):
-                self.finish()
-        self._closed = True
 
 
 class MasksOutput(Output):
@@ -207,19 +210,19 @@ class MasksOutput(Output):
     @classmethod
     def is_own(cls, path: Path) -> bool:
         """Return whether all images are grey, as masks are and frames are not."""
-        return all(_is_grey_png(each) for each in path.iterdir())
+        for each in path.iterdir():
+            with each.open('rb') as file:
+                # The signature, and after the size 8 bits of grey.
+                head = file.read(26)
+            if not head.startswith(b'\x89PNG') or head[24:] != b'\x08\0':
+                return False
+        return True
 
     def add(self, frame: Frame, result: FrameResult) -> None:
         """Write the mask of a frame."""
         if result.mask.size:
             data = cv2.imencode('.png', result.mask)[1].tobytes()
-            write_file(self.work / f'{frame.number:04d}.png', data)
-
-
-def _is_grey_png(path: Path) -> bool:
-    with path.open('rb') as file:
-        head = file.read(26)
-    return head.startswith(b'\x89PNG') and head[24:] == b'\x08\0'
+            (self.work / f'{frame.number:04d}.png').write_bytes(data)
 
 
 class OverlayOutput(Output):
@@ -238,7 +241,11 @@ class OverlayOutput(Output):
         self._frames = 0
         # No other backend: for a name it does not know OpenCV's next one throws, aloud.
         self._film = cv2.VideoWriter(
-            film_name(self.work), cv2.CAP_FFMPEG, _MP4V, self.about.fps, self.about.size
+            film_name(self.work),
+            cv2.CAP_FFMPEG,
+            cv2.VideoWriter.fourcc(*'mp4v'),
+            self.about.fps,
+            self.about.size,
         )
         if not self._film.isOpened():
             raise SequenceError(
@@ -247,9 +254,8 @@ class OverlayOutput(Output):
 
     def add(self, frame: Frame, result: FrameResult) -> None:
         """Draw a frame and write it."""
-        picture = np.zeros((*self.about.size[::-1], 3), np.uint8)
-        if frame.image is not None:
-            picture = frame.image.copy()
+        black = np.zeros((*self.about.size[::-1], 3), np.uint8)
+        picture = black if frame.image is None else frame.image.copy()
         for person in result.people:
             track, match = person.track, person.match
             if track.box is not None:
@@ -262,11 +268,8 @@ class OverlayOutput(Output):
                     azimuth=math.nan if match.body is None else match.azimuth,
                 )
         draw_label(picture, f'{frame.number}', (4, 4))
-        if picture.shape[1::-1] != self.about.size:
-            picture = np.asarray(
-                cv2.resize(picture, self.about.size, interpolation=cv2.INTER_AREA)
-            )
-        self._film.write(picture)
+        # Which is a copy, where it has the size.
+        self._film.write(cv2.resize(picture, self.about.size, interpolation=cv2.INTER_AREA))
         self._frames += 1
 
     def finish(self) -> None:
@@ -301,13 +304,6 @@ class CsvOutput(Output):
         self._table = csv.writer(self._file, lineterminator='\n')
         self._table.writerow(TABLE_COLUMNS)
 
-    @classmethod
-    def is_own(cls, path: Path) -> bool:
-        """Return whether the file begins with the names of all columns."""
-        head = (','.join(TABLE_COLUMNS) + '\n').encode()
-        with path.open('rb') as file:
-            return file.read(len(head)) == head
-
     def add(self, frame: Frame, result: FrameResult) -> None:
         """Write a row for each person."""
         for slot, person in enumerate(result.people):
@@ -330,9 +326,77 @@ def _row(person: PersonResult) -> tuple[object, ...]:
         gait = (
             # Rounded, the end of a stride is the beginning of the next.
             f'{round(match.phase, 4) % 1:.4f}',
-            f'{60 * STEPS_PER_STRIDE * match.phase_rate:.1f}',
+            f'{60 * _STEPS_PER_STRIDE * match.phase_rate:.1f}',
             f'{match.azimuth:.4f}',
             f'{match.confidence:.3f}',
         )
     pixels = int(np.count_nonzero(person.segmentation.mask))
     return (track.track_id, track.state, *box, *gait, pixels)
+
+
+def normalised(mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """
+    Cut a silhouette out, 64 pixels high and centred.
+
+    The centre is the median of its mass over the columns; what lies further than 32 pixels from
+    it is cut off.
+
+    :param mask: (H, W) uint8 0/255, not empty.
+    :returns: (64, 64) uint8, 0 to 255.
+    """
+    rows = np.flatnonzero(mask.any(axis=1))
+    cut = mask[rows[0] : rows[-1] + 1]
+    width = max(int(cut.shape[1] * _SIDE / cut.shape[0]), 1)
+    sized = np.asarray(cv2.resize(cut, (width, _SIDE), interpolation=cv2.INTER_CUBIC))
+    mass = sized.sum(axis=0, dtype=np.int64).cumsum()
+    center = int(np.searchsorted(mass, mass[-1] / 2))
+    padded = np.pad(sized, ((0, 0), (_SIDE // 2, _SIDE // 2)))
+    return padded[:, center : center + _SIDE]
+
+
+class OpenGaitOutput(Output):
+    """
+    A folder with the walk of each track, as gait recognition reads it.
+
+    The data sets of OpenGait and similar systems hold one pickled array a walk, at
+    ``subject/type/view/view.pkl``.  Here the folder is the subject, the type the track, and the
+    view the mean walking direction in the image, in degrees in steps of 45: 000 = to the right,
+    090 = away from the camera, 180 = to the left, 270 = towards the camera.
+    """
+
+    option = '--opengait'
+    help = (
+        'walks for gait recognition as OpenGait reads them: arrays (N, 64, 64) uint8 in '
+        'DIR/NAME/person-ID/VIEW/VIEW.pkl'
+    )
+    in_folder = True
+    files = re.compile(r'person-\d+/\d{3}/\d{3}\.pkl')
+
+    def begin(self) -> None:
+        """Begin without walks."""
+        super().begin()
+        self._walks: dict[int, list[tuple[NDArray[np.uint8], complex]]] = {}
+
+    @classmethod
+    def is_there(cls, path: Path) -> bool:
+        """Return whether something is there; an empty folder, too: nobody may walk."""
+        return path.is_dir() or super().is_there(path)
+
+    def add(self, frame: Frame, result: FrameResult) -> None:
+        """Keep the silhouettes of all people, and where they walk."""
+        for person in result.people:
+            mask = person.segmentation.mask
+            if person.track.track_id and int(mask.sum()) > _LEAST_SUM:
+                seen = (normalised(mask), cmath.rect(1, person.match.azimuth))
+                self._walks.setdefault(person.track.track_id, []).append(seen)
+
+    def finish(self) -> None:
+        """Write the walks that are long enough."""
+        for track_id, seen in self._walks.items():
+            if len(seen) >= _LEAST_FRAMES:
+                silhouettes, directions = zip(*seen, strict=True)
+                degrees = math.degrees(cmath.phase(sum(directions)))
+                view = f'{round(degrees / 45) * 45 % 360:03d}'
+                file = self.work / f'person-{track_id:03d}/{view}/{view}.pkl'
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_bytes(pickle.dumps(np.stack(silhouettes), protocol=4))

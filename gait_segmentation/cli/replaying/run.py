@@ -5,17 +5,15 @@
 from __future__ import annotations
 
 import logging
-import math
 import signal
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import closing, contextmanager, suppress
-from dataclasses import dataclass, field, replace
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
-from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any
 
@@ -28,12 +26,12 @@ from gait_segmentation.cli.replaying.outputs import (
     About,
     CsvOutput,
     MasksOutput,
+    OpenGaitOutput,
     Output,
     OverlayOutput,
     partial_path,
     remove,
 )
-from gait_segmentation.cli.replaying.walks import OpenGaitOutput
 from gait_segmentation.cli.tool import scaled_box
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.files.output_files import keep_apart, named, problem_of
@@ -58,11 +56,6 @@ _ASK_S = 0.2
 """How often a worker asks whether it is to break off, and the command how its workers are."""
 
 _CONNECT_S = 5
-ALONE_S = 20.0
-"""How long a cluster may be without workers."""
-
-_ALONE = f'the cluster has no workers: waiting {ALONE_S:g} s for some'
-_GONE = 'the cluster is gone: the same command does what is left'
 
 
 @dataclass(frozen=True)
@@ -106,18 +99,6 @@ class Job:
             keep_apart([(kind.option, each) for each in (path, partial_path(path))], inputs)
         for kind, path in self.outputs.items():
             kind.check(path)
-
-    def anywhere(self) -> Job:
-        """Return the same job with paths that hold whatever the folder of a process is."""
-        here = Path.cwd()
-        is_folder = self.heat_map and Path(self.heat_map).is_dir()
-        return replace(
-            self,
-            input=here / self.input,
-            outputs={kind: here / path for kind, path in self.outputs.items()},
-            bank=self.bank and str(here / self.bank),
-            heat_map=str(here / self.heat_map) if is_folder else self.heat_map,
-        )
 
 
 @dataclass
@@ -238,10 +219,8 @@ def replay_all(jobs: list[Job], at_a_time: int, *, force: bool, cluster: str = '
         # Before signals are only checked between frames; and once for all processes.
         with compiling(lambda text: print(f'gait_replay: {text}', file=sys.stderr)):
             compile_kernels()
-    workers = min(at_a_time, len(jobs))
-    if cluster or workers > 1:
-        with _dask(cluster, workers) as client, _until_interrupted() as stop:
-            return _share_out(jobs, client, stop, force)
+    if cluster or min(at_a_time, len(jobs)) > 1:
+        return _share_out(jobs, cluster, min(at_a_time, len(jobs)), force)
     reports: list[Report] = []
     with _until_interrupted() as stop:
         for job in jobs:
@@ -261,7 +240,7 @@ def _bar(items: Iterable[Any] | None = None, **options: Any) -> Any:
 
 @contextmanager
 def _until_interrupted() -> Iterator[threading.Event]:
-    """Give an event that a signal to end sets; a second one interrupts as Ctrl-C does."""
+    """Give an event that Ctrl-C or SIGTERM sets; the next one interrupts."""
     stop = threading.Event()
 
     def handle(number: int, _frame: Any) -> None:
@@ -269,138 +248,76 @@ def _until_interrupted() -> Iterator[threading.Event]:
             raise KeyboardInterrupt
         stop.set()
 
-    before = {
-        number: signal.getsignal(number)
-        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-    }
+    before = {each: signal.signal(each, handle) for each in (signal.SIGINT, signal.SIGTERM)}
     try:
-        for number, handler in before.items():
-            # What nohup has begun is to survive its terminal.
-            if number != signal.SIGHUP or handler != signal.SIG_IGN:
-                signal.signal(number, handle)
         yield stop
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
 
 
-@contextmanager
-def _dask(address: str, workers: int) -> Iterator[Any]:
-    """
-    Give a client of the Dask cluster at an address, or without one of processes of its own.
+def _share_out(jobs: list[Job], address: str, workers: int, force: bool) -> list[Report]:
+    """Have the Dask cluster at an address, or without one processes, replay inputs."""
+    from distributed import Client, Event
 
-    :raises ConfigError: if there is none, or it lacks this package.
-    """
-    import dask
-    from distributed import Client
-    from distributed.comm import get_address_host_port
-
+    bar = _bar(total=len(jobs), unit='input')
     # What matters of its tracebacks is said in a line.
     logging.disable(logging.CRITICAL)
     try:
-        if address:
-            try:
-                get_address_host_port(address)
-                client = Client(address, timeout=_CONNECT_S, set_as_default=False)
-            except (OSError, TypeError, ValueError) as error:
-                raise ConfigError(
-                    f'--dask {address}: there is no Dask scheduler: {error}'
-                ) from None
-        else:
-            # What kills a worker, such as a lack of memory, is likely to kill the next one.
-            with _signals_held(), dask.config.set({'distributed.scheduler.allowed-failures': 0}):
-                client = Client(
-                    n_workers=workers, threads_per_worker=1, memory_limit=None,
-                    dashboard_address=':0', silence_logs=logging.CRITICAL, set_as_default=False,
-                )  # fmt: skip
-        try:
-            if address:
-                _check_cluster(address, client)
-            yield client
-        finally:
-            with suppress(OSError):
-                client.close()
+        with _client(Client, address, workers) as client, _until_interrupted() as stop, bar:
+            halt = Event(client=client)
+            futures = {
+                client.submit(_replay_task, job, halt, force, pure=False): job for job in jobs
+            }
+            reports: list[Report] = []
+            while futures:
+                if stop.is_set():
+                    halt.set()
+                time.sleep(_ASK_S)
+                for future in [each for each in futures if each.done()]:
+                    job = futures.pop(future)
+                    try:
+                        reports += future.result()
+                    except Exception as error:
+                        # Of Dask: the worker died, as when memory runs out, or the cluster.
+                        why = f'{type(error).__name__}: {error}'.partition('. ')[0]
+                        said = f'a worker failed, the same command goes on ({why})'
+                        reports.append(Report(job.input, error=said))
+                    bar.update()
+            return reports
+    except Exception as error:
+        option = f'--dask {address}' if address else '--jobs'
+        raise ConfigError(f'{option}: {error or type(error).__name__}') from error
     finally:
         logging.disable(logging.NOTSET)
 
 
-@contextmanager
-def _signals_held() -> Iterator[None]:
-    """
-    Have signals of the terminal come later, and never to processes that threads begun here begin.
-
-    Ctrl-C reaches all processes; this one alone decides.
-    """
-    numbers = {signal.SIGINT, signal.SIGHUP}
-    # When it begins, it lets signals through.
-    resource_tracker.ensure_running()
-    signal.pthread_sigmask(signal.SIG_BLOCK, numbers)
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, numbers)
-
-
-def _check_cluster(address: str, client: Any) -> None:
-    """
-    Make sure of what tasks begin with, which are silent about it.
-
-    :raises ConfigError: if the scheduler or a worker cannot import this module.
-    """
-    found: dict[str, Any] = client.run(import_module, __name__, on_error='return')
-    try:
+def _client(kind: Any, address: str, workers: int) -> Any:
+    """Return a client of the cluster at an address, or without one of processes of its own."""
+    if address:
+        client = kind(address, timeout=_CONNECT_S, set_as_default=False)
+        client.wait_for_workers(1, timeout=_CONNECT_S)
+        # Where this package is not, tasks wait without a word.
         client.run_on_scheduler(import_module, __name__)
-    except ImportError as error:
-        found['the scheduler'] = error
-    for where, problem in found.items():
-        if isinstance(problem, Exception):
-            raise ConfigError(
-                f'--dask {address}: {where} cannot import this package ({problem}): install it '
-                'there, and the same version'
-            )
+        client.run(import_module, __name__)
+        return client
+    # As processes inherit it: Ctrl-C reaches all, and this one alone decides.
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        # What kills a worker, such as a lack of memory, is likely to kill the next one.
+        return kind(
+            n_workers=workers, threads_per_worker=1, memory_limit=None, dashboard_address=':0',
+            silence_logs=logging.CRITICAL, set_as_default=False,
+            scheduler_kwargs={'allowed_failures': 0},
+        )  # fmt: skip
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
-def _share_out(jobs: list[Job], client: Any, stop: threading.Event, force: bool) -> list[Report]:
-    """Have workers replay inputs, until all are done or cannot be."""
-    from distributed import Event
-
-    halt = Event(client=client)
-    futures = {
-        client.submit(replay_task, job.anywhere(), halt, force, pure=False): job for job in jobs
-    }
-    reports: list[Report | None] = []
-    halted, deadline = False, math.inf
-    with _bar(total=len(jobs), unit='input') as bar:
-        while futures and time.monotonic() < deadline:
-            # A call to a scheduler that is gone fails, and ends all futures.
-            with suppress(OSError):
-                if stop.is_set() and not halted:
-                    halt.set()
-                    halted = True
-                if client.nthreads():
-                    deadline = math.inf
-                elif halted:
-                    futures.clear()
-                elif deadline == math.inf:
-                    print(f'gait_replay: {_ALONE}', file=sys.stderr)
-                    deadline = time.monotonic() + ALONE_S
-            time.sleep(_ASK_S)
-            for future in [each for each in futures if each.done()]:
-                reports.append(_report_of(future, futures.pop(future)))
-                bar.update()
-    reports += [Report(each.input, error=_GONE) for each in futures.values()]
-    return [report for report in reports if report is not None]
-
-
-def replay_task(job: Job, halt: Any, force: bool) -> Report | None:
-    """
-    Replay an input in a worker.
-
-    :param halt: an event that breaks off what has begun, and begins nothing more.
-    :returns: how it went, None if it was not begun.
-    """
+def _replay_task(job: Job, halt: Any, force: bool) -> list[Report]:
+    """Replay an input in a worker, unless it is to begin nothing more."""
     if halt.is_set():
-        return None
+        return []
     due = 0.0
 
     def stop() -> bool:
@@ -410,26 +327,7 @@ def replay_task(job: Job, halt: Any, force: bool) -> Report | None:
         due = time.monotonic() + _ASK_S
         return bool(halt.is_set())
 
-    return replay(job, _prepared(job.bank), stop, force=force)
-
-
-def _report_of(future: Any, job: Job) -> Report | None:
-    """Return what a worker that is done has returned, or a report of what became of it."""
-    if future.cancelled():
-        return Report(job.input, error=_GONE)
-    try:
-        report: Report | None = future.result()
-    except Exception as error:
-        # Of Dask, which may have tried it on others.
-        failures = getattr(error, 'allowed_failures', None)
-        text = f'{type(error).__name__}: {error}'
-        if failures is not None:
-            text = (
-                f'{failures + 1} worker{"s" * (failures > 0)} died, as when memory runs out: the '
-                'same command, with fewer of them, does what is left'
-            )
-        return Report(job.input, error=text)
-    return report
+    return [replay(job, _prepared(job.bank), stop, force=force)]
 
 
 @cache

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
 
-from gait_segmentation.cli.replaying.bag_output import BagOutput, Messages
+from gait_segmentation.cli.replaying.bag_output import BagOutput
 from gait_segmentation.cli.replaying.lockstep import Replayed
 from test.cli.replaying.results import STEP_NS, replayed
 
@@ -52,7 +53,7 @@ def test_the_topics_are_those_of_the_nodes(tmp_path: Path) -> None:
         stamps = [stamp for _, stamp, _ in reader.messages()]
         assert reader.duration == 4 * STEP_NS + 1
         assert stamps == sorted(stamps)
-        store = Messages().store
+        store = get_typestore(Stores.ROS2_JAZZY)
         for connection, stamp, data in reader.messages():
             if connection.topic != '/image_size':
                 header: Any = store.deserialize_cdr(data, connection.msgtype).header
