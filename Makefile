@@ -23,7 +23,7 @@ demo: $(VENV)/demo  ## push a film of a walking woman through the three nodes (P
 	@echo 'next, a film of your own: make overlay FILM=walk.mp4'
 
 # As it was typed: make would take "a$b" for a variable, the shell "Tom's" for an open quote.
-override export FILM := $(value FILM)
+override export FILM := $(or $(value FILM),$(value film))
 override export OUT := $(value OUT)
 HERE = case "$$FILM" in '~/'*) FILM=$$HOME/$${FILM\#'~/'};; esac
 

@@ -68,3 +68,4 @@ axes['d'].set_yticks([-90, 0, 90, 180], ['closer, -90°', 'right, 0°', 'away, 9
 axes['p'].grid(alpha=0.4)
 axes['d'].grid(alpha=0.4)
 figure.savefig('gait.png')
+print('gait.png shows silhouettes, phase and direction')

@@ -40,6 +40,9 @@ _SHIFT = 4
 
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 
+_LARGE = 720
+"""Longer side of an image, in pixels, above which letters and lines grow with it."""
+
 _VIEWS = (
     'to the right',
     'away, right',
@@ -68,6 +71,10 @@ def view_word(azimuth: float) -> str:
     return _VIEWS[round(azimuth / (math.pi / 4)) % 8]
 
 
+def _growth(image: Image) -> float:
+    return max(1.0, max(image.shape[:2]) / _LARGE)
+
+
 def draw_outline(image: Image, mask: NDArray[np.uint8], colour: Colour, width: int = 1) -> None:
     """
     Draw the outline of a mask, holes included.
@@ -90,7 +97,7 @@ def draw_box(image: Image, box: Box, colour: Colour, angle: float = 0.0) -> None
     # Positions count from the corner of pixel 0, OpenCV's coordinates from its centre.
     points = (np.array(body.corners(box.width)) - 0.5) * 2**_SHIFT
     line = np.rint(points).astype(np.int32)[:, None]
-    cv2.polylines(image, [line], True, colour, 1, cv2.LINE_AA, _SHIFT)
+    cv2.polylines(image, [line], True, colour, round(_growth(image)), cv2.LINE_AA, _SHIFT)
 
 
 def draw_match(
@@ -130,17 +137,18 @@ def draw_label(
     Write a line of text on a dark ground, moved so that it lies inside the image.
 
     :param position: x and y of the label's top left corner.
-    :param size: font scale; 0.4 gives letters 9 pixels high.
+    :param size: font scale, 0.4 gives letters 9 pixels high, in an image that is not large.
     """
-    (width, height), base = cv2.getTextSize(text, _FONT, size, 1)
-    pad = 3
+    size, thick = size * _growth(image), round(_growth(image))
+    (width, height), base = cv2.getTextSize(text, _FONT, size, thick)
+    pad = 3 * thick
     full_width, full_height = width + 2 * pad, height + base + pad
     left = max(min(round(position[0]), image.shape[1] - full_width), 0)
     top = max(min(round(position[1]), image.shape[0] - full_height), 0)
     ground = image[top : top + full_height, left : left + full_width]
     ground[:] = (0.3 * ground + 0.7 * np.array(BACKDROP)).astype(np.uint8)
     baseline = (left + pad, top + height + pad - 1)
-    cv2.putText(image, text, baseline, _FONT, size, colour, 1, cv2.LINE_AA)
+    cv2.putText(image, text, baseline, _FONT, size, colour, thick, cv2.LINE_AA)
 
 
 def draw_person(
@@ -164,11 +172,11 @@ def draw_person(
     inside = mask > 127
     tinted = 0.75 * image[inside] + 0.25 * np.array(colour)
     image[inside] = tinted.astype(np.uint8)
-    draw_outline(image, mask, colour, 2 if image.shape[0] >= 700 else 1)
+    draw_outline(image, mask, colour, round(_growth(image)))
     if box is None:
         return
     draw_box(image, box, colour)
     words = f'{track_id}' + ('' if math.isnan(azimuth) else f' {view_word(azimuth)}')
     words += '' if math.isnan(phase) else f' {phase:.2f}'
     blue, green, red = ((value + 255) // 2 for value in colour)
-    draw_label(image, words, (box.x, box.y - 18), (blue, green, red))
+    draw_label(image, words, (box.x, box.y - 18 * _growth(image)), (blue, green, red))
