@@ -23,7 +23,6 @@ from launch.actions import (
 )
 from launch.event_handlers import OnProcessExit
 from launch.launch_description_sources import get_launch_description_from_python_launch_file
-from launch.substitutions import TextSubstitution
 from launch_ros.actions import Node
 from launch_ros.utilities import evaluate_parameters
 
@@ -135,18 +134,6 @@ def test_a_compressed_topic_may_be_told_in_full(image: str) -> None:
 
 def plain(words: tuple) -> str:
     return ''.join(word.text for word in words)
-
-
-def test_each_node_has_its_own_enclave_if_there_are_any() -> None:
-    def given(**arguments: str) -> list[list[str]]:
-        return [
-            [part.text for word in node.cmd for part in word if isinstance(part, TextSubstitution)]
-            for node in started(**arguments)
-        ]
-
-    for words, name in zip(given(enclaves='/gait/'), SPLIT, strict=True):
-        assert words[words.index('--enclave') + 1] == f'/gait/{name}'
-    assert all('--enclave' not in words for words in given())
 
 
 @pytest.fixture
