@@ -25,18 +25,8 @@ NODES = {
     'single': ('gait_pipeline',),
 }
 TRUTH = ['true', 'false']
-INCLUDING = {
-    'input',
-    'topic',
-    'rate',
-    'rotate',
-    'width',
-    'loop',
-    'keep_stamps',
-    'driver',
-    'device',
-}
-"""Arguments of the files that include this one."""
+INCLUDING = {'driver', 'device'}
+"""Arguments of the file that includes this one."""
 
 ARGUMENTS = [
     DeclareLaunchArgument(
