@@ -150,22 +150,6 @@ def mean_tracking(rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     return mean
 
 
-def restart_report(starts: Mapping[str, Mapping[int, ListLike[float]]]) -> dict[str, Any]:
-    """
-    Average the starts of each sequence, then the sequences that have any.
-
-    :param starts: sequence -> first frame of a start -> J of its frames.
-    """
-    per_sequence: dict[str, dict[str, Any]] = {}
-    for name, runs in starts.items():
-        scores = {str(n): {'J': float(np.mean(js)), 'J0': js[0]} for n, js in runs.items()}
-        means = {key: mean_known(each[key] for each in scores.values()) for key in ('J', 'J0')}
-        per_sequence[name] = {**means, 'starts': scores}
-    return {key: mean_known(row[key] for row in per_sequence.values()) for key in ('J', 'J0')} | {
-        'per_sequence': per_sequence
-    }
-
-
 def aligned(rows: ListLike[ListLike[str]]) -> str:
     """Join cells to lines, the first column flush left and the others right."""
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
@@ -220,16 +204,13 @@ _TRACKING_COLUMNS: dict[str, Callable[[Mapping[str, Any]], str]] = {
 
 def table(report: Mapping[str, Any]) -> str:
     """Return the report as an aligned table, one line per sequence and one for the mean."""
-    kinds = {'restarts': 'restart', 'warm': 'warm'}
-    again = {name: report[kind] for kind, name in kinds.items() if kind in report}
-    header = ['sequence', *_COLUMNS]
-    rows = [header + [cell for name in again for cell in (f'{name} J', 'J0')]]
+    warm = report.get('warm')
+    rows = [['sequence', *_COLUMNS, *(('warm J', 'J0') if warm else ())]]
     for name, numbers in [*report['sequences'].items(), ('mean', report['mean'])]:
-        row = [name, *(cell(numbers) for cell in _COLUMNS.values())]
-        for starts in again.values():
-            scores = starts if name == 'mean' else starts['per_sequence'][name]
-            row += [_cell(scores['J'], 4), _cell(scores['J0'], 4)]
-        rows.append(row)
+        rows.append([name, *(cell(numbers) for cell in _COLUMNS.values())])
+        if warm:
+            scores = warm if name == 'mean' else warm['per_sequence'][name]
+            rows[-1] += [_cell(scores[key], 4) for key in ('J', 'J0')]
     return aligned(rows)
 
 
