@@ -32,7 +32,6 @@ from test.inputs.bags import compressed_fields, image_fields, stamp, write_bag1,
 from test.walkers import small_bank
 
 RECORDINGS = ('film.mp4', 'png', 'jpg', 'ros1.bag', 'mcap', 'sqlite', 'jpeg_bag', 'zstd')
-KINDS = (*RECORDINGS, 'sequence', 'params.yaml', 'bank.npz', 'words.json', 'silhouettes')
 PARAMETERS = """\
 /**:
   ros__parameters: {max_people: 2, matching: {lag: 1, window: 1.5}}
@@ -40,13 +39,6 @@ PARAMETERS = """\
   ros__parameters:
     initial_box: [10, 12, 30.5, 50]
 """
-OUTPUTS = (
-    '--masks masks',
-    '--overlay overlay.mp4',
-    '--csv table.csv',
-    '--opengait gait',
-    '--force',
-)
 MEMORY = 12 << 30
 """Bytes of addresses, so that a mistake does not take the whole machine."""
 
@@ -96,27 +88,21 @@ def surroundings(monkeypatch: pytest.MonkeyPatch, signal_handlers: None) -> Iter
     cv2.setNumThreads(threads)
 
 
-def command(draw: Any, kind: str, spoilt: Path, good: Path) -> str:
-    """Return a command line that reads an input."""
-    short = f'gait_replay {good}/film.mp4 --count 2 --out out'
-    if kind in RECORDINGS:
-        more = ' '.join(draw(st.lists(st.sampled_from(OUTPUTS), unique=True)))
-        return draw(st.sampled_from((
-            f'gait_replay {spoilt} --out out --bank {good}/bank.npz {more}',
-            # A box outside of every image ends gait_demo before it starts nodes.
-            f'gait_demo --clip {spoilt} --box 9e9 0 1 1 --out demo',
-        )))  # fmt: skip
-    return draw(st.sampled_from({
-        'sequence': (f'gait_evaluate {spoilt} --out eval --json a.json',
-                     f'gait_evaluate {spoilt} --init auto'),
-        'params.yaml': (f'{short} --bank {good}/bank.npz --params {spoilt}',),
-        'words.json': (f'{short} --bank {good}/bank.npz --set segmentation.prior=paper '
-                       f'--set segmentation.vocabulary={spoilt}',),
-        'bank.npz': (f'{short} --bank {spoilt}', f'gait_bank info {spoilt} --json',
-                     f'gait_bank show {spoilt} -o bank.png'),
-        'silhouettes': (f'gait_bank build made.npz --from {spoilt} --azimuth 0',
-                        f'gait_bank vocabulary made.json --from {spoilt} --words 2 --points 300'),
-    }[kind]))  # fmt: skip
+COMMANDS = {
+    # A box outside of every image ends gait_demo before it starts nodes.
+    **dict.fromkeys(RECORDINGS, (
+        'gait_replay {0} --out out --bank {1}/bank.npz --masks masks --overlay overlay.mp4',
+        'gait_replay {0} --out out --bank {1}/bank.npz --csv table.csv --opengait gait',
+        'gait_demo --clip {0} --box 9e9 0 1 1 --out demo')),
+    'sequence': ('gait_evaluate {0} --out eval --json a.json', 'gait_evaluate {0} --init auto'),
+    'params.yaml': ('gait_replay {1}/film.mp4 --out out --bank {1}/bank.npz --params {0}',),
+    'bank.npz': ('gait_replay {1}/film.mp4 --count 2 --out out --bank {0}', 'gait_bank info {0}',
+                 'gait_bank show {0} -o bank.png'),
+    'words.json': ('gait_replay {1}/film.mp4 --out out --bank {1}/bank.npz '
+                   '--set segmentation.prior=paper --set segmentation.vocabulary={0}',),
+    'silhouettes': ('gait_bank build made.npz --from {0} --azimuth 0',
+                    'gait_bank vocabulary made.json --from {0} --words 2 --points 300'),
+}  # fmt: skip
 
 
 def spoil(draw: Any, spoilt: Path) -> None:
@@ -138,12 +124,9 @@ def spoil(draw: Any, spoilt: Path) -> None:
             file.symlink_to('nowhere')
 
 
-def state(folder: Path) -> dict[str, object]:
+def state(folder: Path) -> list[tuple[Path, object]]:
     """Return what is in a folder."""
-    paths = [folder, *folder.rglob('*')]
-    return {
-        str(path): (path.lstat().st_mode, path.is_file() and path.read_bytes()) for path in paths
-    }
+    return [(path, path.is_file() and path.read_bytes()) for path in sorted(folder.rglob('*'))]
 
 
 @examples(40, 200)
@@ -153,12 +136,12 @@ def test_a_spoilt_file_is_read_as_far_as_it_can_be_or_refused(
 ) -> None:
     with tempfile.TemporaryDirectory() as scratch, monkeypatch.context() as here:
         here.chdir(scratch)
-        kind = data.draw(st.sampled_from(KINDS))
+        kind = data.draw(st.sampled_from(sorted(COMMANDS)))
         spoilt = Path('given', kind)
         spoilt.parent.mkdir()
         (shutil.copytree if (good / kind).is_dir() else shutil.copy)(good / kind, spoilt)
         spoil(data.draw, spoilt)
-        line = command(data.draw, kind, spoilt, good)
+        line = data.draw(st.sampled_from(COMMANDS[kind])).format(spoilt, good)
         name, *words = line.split()
         before = state(spoilt.parent)
         package = 'gait_segmentation' if name == 'gait_replay' else 'gait_tools'

@@ -139,8 +139,8 @@ class Session:
                 rows[sequence.name]['map_J'] = map_j(sequence, self.heat_map)
             if self.warm:
                 starts = list(self._warm_starts(config, sequence))
-                means = mean_known(map(statistics.fmean, starts))
-                warm[sequence.name] = {'J': means, 'J0': mean_known(js[0] for js in starts)}
+                mean_j = mean_known(map(statistics.fmean, starts))
+                warm[sequence.name] = {'J': mean_j, 'J0': mean_known(js[0] for js in starts)}
         report: dict[str, Any] = {'sequences': rows, 'mean': mean_of(rows)}
         if self.warm:
             means = {key: mean_known(row[key] for row in warm.values()) for key in ('J', 'J0')}
