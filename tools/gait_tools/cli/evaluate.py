@@ -144,11 +144,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def evaluate(options: argparse.Namespace) -> None:
-    """
-    Run, print and write everything that is asked for.
-
-    :raises GaitSegmentationError: if an option, a sequence or a file cannot be used.
-    """
+    """Run, print and write everything that is asked for."""
     _keep_inputs(options)
     check_ranges(options, {'jobs': PROCESSORS, 'boxes': (1, 1000)})
     if options.ablate is not None:
@@ -226,11 +222,7 @@ def _is_mask(head: bytes) -> bool:
 
 
 def _keep_inputs(options: argparse.Namespace) -> None:
-    """
-    Refuse outputs that would change what is read.
-
-    :raises ConfigError: if there are such.
-    """
+    """Refuse outputs that would change what is read."""
     json_file = None if options.json == _OUTPUT else options.json
     outputs = [('--json', json_file), ('--write', options.write)]
     if options.out is not None:

@@ -47,7 +47,6 @@ def publish(
     :param loop: whether to begin again at the end, for ever.
     :param rate: frames a second; 0 as recorded.
     :param reading: as of :func:`open_input`.
-    :raises SequenceError: if the input cannot be used, or where it breaks off.
     """
     source = open_input(film, **reading)
     period_s = 1 / (rate or source.fps)

@@ -101,11 +101,7 @@ class ProcessGroup(contextlib.AbstractContextManager['ProcessGroup']):
         self.start(name, module, *arguments)
 
     def check_running(self, *names: str) -> None:
-        """
-        Make sure that these processes still run, and that no other has failed.
-
-        :raises ProcessError: with the name and the last lines of one that does not.
-        """
+        """Make sure that these processes still run, and that no other has failed."""
         for name, process in self._children.items():
             code = process.poll()
             if code or (code is not None and name in names):

@@ -144,7 +144,6 @@ def play(
     :param box: of a person in the first frame, in the pixels played; without, people are found.
     :param detector: one of :data:`DETECTORS`; its node runs beside the others.
     :param reading: arguments of :func:`open_input` with which the film was opened.
-    :raises ProcessError: if a process fails or the nodes do not connect.
     """
     # As gait_segmentation.launch.py does; on a busy computer frames are to be late, not lost.
     words = ['--ros-args', '--params-file', str(preset_file(preset)), '-p', 'backlog:=90']

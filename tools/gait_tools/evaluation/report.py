@@ -255,32 +255,20 @@ def place_table(report: Mapping[str, Any], sequences: Iterable[Sequence]) -> str
 
 
 def write_json(path: Path, report: Mapping[str, Any]) -> None:
-    """
-    Write a report.
-
-    :raises SequenceError: if the file cannot be written.
-    """
+    """Write a report."""
     with writing(path):
         write_file(path, (json.dumps(report, indent=2) + '\n').encode())
 
 
 def write_image(path: Path, image: Image) -> None:
-    """
-    Write an image file, making its folder.
-
-    :raises SequenceError: if it cannot be written.
-    """
+    """Write an image file, making its folder."""
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
     write_picture(path, image)
 
 
 def write_figure(path: Path, figure: Figure) -> None:
-    """
-    Write a figure of matplotlib as PNG that says that it is from here, making its folder.
-
-    :raises SequenceError: if it cannot be written.
-    """
+    """Write a figure of matplotlib as PNG that says that it is from here, making its folder."""
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         data = io.BytesIO()
@@ -307,11 +295,7 @@ class SequenceOutput:
         self._box: Box | None = None
 
     def add(self, outcome: Outcome) -> None:
-        """
-        Write the mask of a frame and draw it if it is to be shown.
-
-        :raises SequenceError: if a file cannot be read or written.
-        """
+        """Write the mask of a frame and draw it if it is to be shown."""
         number, sequence = outcome.number, self._sequence
         write_image(self._folder / 'masks' / f'{sequence.frames[number].stem}.png', outcome.mask)
         if number not in self.shown:
@@ -328,9 +312,5 @@ class SequenceOutput:
         self._tiles.append(tile(image, self._box, outlines, words))
 
     def close(self) -> None:
-        """
-        Write the contact sheet.
-
-        :raises SequenceError: if it cannot be written.
-        """
+        """Write the contact sheet."""
         write_image(self._folder / 'contact_sheet.png', contact_sheet(self._tiles))

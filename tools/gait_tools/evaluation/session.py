@@ -50,7 +50,6 @@ def load_sequences(
 
     :param likelihood: folder of likelihood images that each must have, if it is not empty.
     :param heat_map: the same of heat maps.
-    :raises SequenceError: if one cannot be used, has no ground truth, or two have one name.
     """
     loaded: dict[str, Sequence] = {}
     for folder in folders:
@@ -127,7 +126,6 @@ class Session:
         :param out: folder for masks and contact sheets, in a folder per sequence.
         :param name: of the configuration, for the progress.
         :returns: ``sequences`` (name -> numbers), ``mean``, and ``warm`` if asked for.
-        :raises SequenceError: if an image cannot be read or written.
         """
         rows: dict[str, Any] = {}
         warm: dict[str, dict[str, float | None]] = {}
