@@ -105,7 +105,8 @@ def test_the_model_is_the_default(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
     def learn(silhouettes: list, spec: object, source: str) -> Vocabulary:
         seen.append((len(silhouettes), source))
-        return Vocabulary(np.ones(1), np.zeros((1, 4)), np.eye(4)[None], 0.35, 0.9, 0.67)
+        about = {'silhouettes': '1', 'outline points': '1'}
+        return Vocabulary(np.ones(1), np.zeros((1, 4)), np.eye(4)[None], 0.35, 0.9, 0.67, about)
 
     monkeypatch.setattr(command, 'learn_vocabulary', learn)
     run(str(tmp_path / 'words.json'))
