@@ -50,6 +50,7 @@ EXTREMES: dict[str, tuple[Any, ...]] = {
     'boolean': (True, False),
     'uint8': (0, 1, 77, 255),
     'int32': (0, -1, 500, -(2**31), 2**31 - 1),
+    'int64': (0, -1, 2**63 - 1, -(2**63)),
     'uint32': (0, 1, 7, 320, 8192, 65_536, 2**31, 2**32 - 1),
     'float': FLOATS,
     'double': (*FLOATS, 1e300),
