@@ -52,16 +52,15 @@ test: $(VENV)/installed lint  ## check the code and run all tests
 test-oldest: $(OLDEST)/installed  ## run all tests with the oldest libraries that are promised to work
 	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/numba $(OLDEST)/bin/python -m pytest -n $(WORKERS) --dist loadfile
 
-# Each part gets a third of the time. All are run, and their seed is printed: SEED=... gives them again.
-fuzz: $(VENV)/installed  ## random examples, hostile messages, spoilt files, odd frames: MINUTES at most, SEED
-	@seed=$(SEED); limit="--seed $$seed --minutes $$(($(MINUTES) / 3))"; failed=''; \
-	run() { part=$$1; shift; echo "$$*"; "$$@" || failed="$$failed $$part"; }; \
-	echo "make fuzz SEED=$$seed"; \
-	run tests $(BIN)/python -m pytest -n $(WORKERS) -q -m hypothesis --hypothesis-profile fuzz --hypothesis-seed $$seed; \
-	run messages $(BIN)/python benchmarks/fuzz_messages.py $$limit; \
-	run files $(BIN)/python benchmarks/fuzz_files.py $$limit; \
-	run pipeline $(BIN)/python benchmarks/fuzz_pipeline.py $$limit; \
-	test -z "$$failed" || { echo "make fuzz SEED=$$seed failed:$$failed" >&2; exit 1; }
+# The seed of each round is printed: with MINUTES=0 it gives that round alone again.
+fuzz: $(VENV)/installed  ## other random examples, also of hostile messages, files and frames: rounds for MINUTES, SEED
+	@seed=$(SEED); end=$$(($$(date +%s) + 60 * $(MINUTES))); \
+	while :; do \
+		echo "make fuzz SEED=$$seed MINUTES=0"; \
+		$(BIN)/python -m pytest -n $(WORKERS) -q -m hypothesis --hypothesis-profile fuzz --hypothesis-seed $$seed || exit 1; \
+		test $$(date +%s) -lt $$end || break; \
+		seed=$$(((seed + 1) % 4294967296)); \
+	done
 
 faults: $(VENV)/installed  ## plant faults, one at a time, and tell which of them no test finds (half an hour)
 	$(BIN)/python tools/faults.py --jobs $(WORKERS)

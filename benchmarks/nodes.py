@@ -4,8 +4,8 @@
 """
 The nodes as processes before a film, as somebody who subscribes to the mask sees them.
 
-A synthetic walker, 0.62 of the image high, walks to and fro before gait_source, which publishes
-at 30 frames per second as a camera does; the three nodes (split) or gait_pipeline (single) run
+A synthetic walker, 0.62 of the image high, walks to and fro before the camera of gait_demo, at
+30 frames per second; the three nodes (split) or gait_pipeline (single) run
 with their defaults, but for ``--preset`` and ``-p``.  Needs ROS 2; leave the machine alone
 meanwhile::
 
@@ -45,27 +45,20 @@ import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing, contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
+from sensor_msgs.msg import Image
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 
 from benchmarks import holds
-from benchmarks.running_nodes import (
-    START_TIMEOUT_S,
-    STYLES,
-    processor_seconds,
-    resident_mib,
-    session,
-    start,
-    wait,
-)
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.cli.settings import read_parameter_file
 from gait_segmentation.cli.tool import add_preset_option, preset_file, run_tool
@@ -73,12 +66,15 @@ from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline
-from gait_tools.demo.nodes import Listener, ProcessError, ProcessGroup
+from gait_tools.demo.nodes import NODES, Listener, ProcessError, ProcessGroup, ros
 from gait_tools.demo.recording import play as play_film
 from gait_tools.evaluation.metrics import jaccard
 from gait_tools.evaluation.runner import run
 from gait_tools.evaluation.sequence import Sequence
 from gait_tools.evaluation.session import load_sequences
+
+STYLES = {'split': NODES, 'single': ('gait_pipeline',)}
+START_TIMEOUT_S, POLL_S = 180.0, 0.02
 
 PERSON = 0.62
 """Height of the walker over that of the image."""
@@ -102,6 +98,83 @@ SCENES, SCENE_FRAMES, NOISE_FRAMES = 3, 150, 30
 SAMPLE_S = 0.2
 STEPS = 60
 FLOW_OUT_S = 3.0
+
+
+def processor_seconds(pid: int) -> float:
+    """Return the processor time a process has taken."""
+    fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf('SC_CLK_TCK')
+
+
+def resident_mib(pid: int) -> float:
+    """Return the resident memory of a process, NaN if it has just ended."""
+    try:
+        pages = Path(f'/proc/{pid}/statm').read_text().split()
+    except FileNotFoundError:
+        pages = []
+    return int(pages[1]) * os.sysconf('SC_PAGE_SIZE') / 2**20 if pages else float('nan')
+
+
+def wait(done: Callable[[], bool], timeout_s: float, poll_s: float = POLL_S) -> bool:
+    """Wait until something is so; return whether it is."""
+    deadline = time.monotonic() + timeout_s
+    while not done():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(poll_s)
+    return True
+
+
+@contextmanager
+def session() -> Iterator[tuple[ProcessGroup, Listener]]:
+    """Have processes, and who listens to the mask as a user would."""
+    with (
+        ros(),
+        tempfile.TemporaryDirectory() as logs,
+        ProcessGroup(Path(logs)) as processes,
+        closing(Listener({'mask': Image})) as listener,
+    ):
+        yield processes, listener
+
+
+def start(
+    processes: ProcessGroup,
+    nodes: tuple[str, ...],
+    listener: Listener,
+    *parameters: str,
+    box: Box | None = None,
+    preset: Path | None = None,
+) -> None:
+    """
+    Start nodes and wait until they are active and connected.
+
+    :param parameters: of all nodes, as ``name:=value``.
+    :param box: of a person in the first frame; without, people are found.
+    :param preset: the parameter file of all nodes, if any.
+    """
+    for name in nodes:
+        given = list(parameters)
+        if box is not None and name in ('gait_tracker', 'gait_pipeline'):
+            numbers = f'{box.x:.2f}, {box.y:.2f}, {box.width:.2f}, {box.height:.2f}'
+            given.append(f'initial_box:=[{numbers}]')
+        words = [word for each in given for word in ('-p', each)]
+        if preset is not None:
+            words = ['--params-file', str(preset), *words]
+        processes.start_node(name, '--ros-args', *words)
+
+    def ready() -> bool:
+        processes.check_running(*nodes)
+        return listener.connected(nodes)
+
+    if not wait(ready, START_TIMEOUT_S):
+        raise ProcessError('the nodes did not connect')
+
+
+def show(processes: ProcessGroup, frames: Path, stamps: Path, readers: int, rate: float) -> None:
+    """Show frames to the nodes again and again."""
+    given = {'film': str(frames), 'stamps': str(stamps), 'readers': readers}
+    about = json.dumps({**given, 'loop': True, 'rate': rate})
+    processes.start('camera', 'gait_tools.demo.camera', about)
 
 
 def write_walker(frames: Path, size: tuple[int, int]) -> Box:
@@ -173,20 +246,16 @@ def measure(style: str, size: tuple[int, int], options: argparse.Namespace) -> d
         parameters = f'max_people:={options.people or 1}', *options.parameters
         preset = preset_file(options.preset) if options.preset else None
         start(processes, nodes, listener, *parameters, box=box, preset=preset)
-        processes.start(
-            'gait_source', 'gait_tools.cli.source', str(film), '--loop',
-            '--rate', str(options.rate), '--wait-for', str(min(len(nodes), 2)),
-            '--delay', '1', '--stamps', str(stamps),
-        )  # fmt: skip
-        wait(lambda: bool(listener.arrived_s) or processes.ended('gait_source'), float('inf'))
+        show(processes, film, stamps, min(len(nodes), 2), options.rate)
+        wait(lambda: bool(listener.arrived_s) or processes.ended('camera'), float('inf'))
         pids = [processes.pid(name) for name in nodes]
         began, used = time.monotonic(), sum(map(processor_seconds, pids))
         while (passed := time.monotonic() - began) < options.seconds:
-            processes.check_running(*nodes, 'gait_source')
+            processes.check_running(*nodes, 'camera')
             memory.append(sum(map(resident_mib, pids)))
             time.sleep(SAMPLE_S)
         used = sum(map(processor_seconds, pids)) - used
-        processes.stop('gait_source')
+        processes.stop('camera')
         time.sleep(FLOW_OUT_S)
         published = [int(line.split()[1]) for line in stamps.read_text().splitlines()]
         arrived = dict(listener.arrived_s)
@@ -271,10 +340,7 @@ class Kills:
         self.hung = self.deaf = 0
         for name in nodes:
             processes.start_node(name)
-        processes.start(
-            'gait_source', 'gait_tools.cli.source', str(frames),
-            '--rate', '30', '--loop', '--preload',
-        )  # fmt: skip
+        show(processes, frames, frames.with_name('stamps.txt'), 0, 30.0)
         if not self.answers_after(time.time_ns(), START_TIMEOUT_S):
             raise ProcessError('no frame was answered')
 
@@ -285,7 +351,7 @@ class Kills:
 
     def kill(self, name: str) -> None:
         """Kill a node, start it again and wait for its first answer."""
-        self.processes.check_running(*self.nodes, 'gait_source')
+        self.processes.check_running(*self.nodes, 'camera')
         # Older stamps are of no use any more.
         self.listener.arrived_s.clear()
         began_ns = time.time_ns()

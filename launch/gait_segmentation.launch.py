@@ -25,18 +25,8 @@ NODES = {
     'single': ('gait_pipeline',),
 }
 TRUTH = ['true', 'false']
-INCLUDING = {
-    'input',
-    'topic',
-    'rate',
-    'rotate',
-    'width',
-    'loop',
-    'keep_stamps',
-    'driver',
-    'device',
-}
-"""Arguments of the files that include this one."""
+INCLUDING = {'driver', 'device'}
+"""Arguments of the file that includes this one."""
 
 ARGUMENTS = [
     DeclareLaunchArgument(
@@ -126,12 +116,6 @@ ARGUMENTS = [
         default_value='camera_optical_frame',
         description='frame_id of the images, in which rviz2 shows people',
     ),
-    DeclareLaunchArgument(
-        'enclaves',
-        default_value='',
-        description='path of the SROS2 enclaves, which are named like the nodes, such as /gait '
-        'for /gait/gait_tracker; empty = none',
-    ),
 ]
 
 
@@ -203,7 +187,6 @@ def _node(name, given):
         parameters['initial_box'] = _numbers(given, 'initial_box', 4)
     # Given with or without the suffix that image_transport appends.
     image = given['image'].removesuffix('/compressed')
-    enclave = ['--enclave', f'{given["enclaves"].rstrip("/")}/{name}'] if given['enclaves'] else []
     return Node(
         package=PACKAGE,
         executable=name,
@@ -215,7 +198,7 @@ def _node(name, given):
             ('camera_info', given['camera_info'] or str(Path(image).with_name('camera_info'))),
             ('depth', given['depth']),
         ],
-        arguments=['--ros-args', '--log-level', given['log_level'], *enclave],
+        arguments=['--ros-args', '--log-level', given['log_level']],
         output='screen',
         respawn=given['respawn'] == 'true',
         respawn_delay=1.0,

@@ -24,7 +24,7 @@ import yaml
 
 from benchmarks import pipeline
 from gait_segmentation.cli import replay
-from gait_tools.cli import bank, demo, evaluate, figures, source
+from gait_tools.cli import bank, demo, evaluate, figures
 from test.walkers import clip
 
 ROOT = Path(__file__).parents[1]
@@ -39,7 +39,6 @@ PARSERS = {
     'gait_evaluate': evaluate.parser,
     'gait_figures': figures.parser,
     'gait_replay': replay.parser,
-    'gait_source': source.parser,
 }
 RUN = {'gait_evaluate': evaluate.main, 'gait_figures': figures.main}
 FRAMES = 6

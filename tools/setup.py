@@ -9,7 +9,7 @@ NAME = 'gait_tools'
 setup(
     name=NAME,
     version='0.1.0',
-    description='Demonstration, camera, template banks and evaluation for gait_segmentation',
+    description='Demonstration, template banks and evaluation for gait_segmentation',
     author='The gait_segmentation contributors',
     license='GPL-3.0-or-later',
     python_requires='>=3.10',
@@ -35,7 +35,6 @@ setup(
             'gait_demo = gait_tools.cli.demo:main',
             'gait_evaluate = gait_tools.cli.evaluate:main',
             'gait_figures = gait_tools.cli.figures:main',
-            'gait_source = gait_tools.cli.source:main',
         ],
     },
 )

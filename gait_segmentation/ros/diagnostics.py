@@ -27,7 +27,7 @@ _PATIENCE_S = 10.0
 
 _RAW, _COMPRESSED = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage'
 _SUFFIX = '/compressed'
-_OWN = ('gait_detector', 'gait_matcher', 'gait_pipeline', 'gait_segmenter', 'gait_tracker')
+_OWN = ('gait_matcher', 'gait_pipeline', 'gait_segmenter', 'gait_tracker')
 """Nodes whose images are no camera's."""
 
 _MOST = 4

@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-import runpy
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +16,9 @@ from launch.actions import (
     DeclareLaunchArgument,
     ExecuteProcess,
     OpaqueFunction,
-    RegisterEventHandler,
     SetLaunchConfiguration,
 )
-from launch.event_handlers import OnProcessExit
 from launch.launch_description_sources import get_launch_description_from_python_launch_file
-from launch.substitutions import TextSubstitution
 from launch_ros.actions import Node
 from launch_ros.utilities import evaluate_parameters
 
@@ -31,7 +26,6 @@ import launch
 
 FOLDER = Path(__file__).parents[2] / 'launch'
 FILE = FOLDER / 'gait_segmentation.launch.py'
-REPLAY = FOLDER / 'replay.launch.py'
 CAMERA = FOLDER / 'camera.launch.py'
 SPLIT = ['gait_tracker', 'gait_matcher', 'gait_segmenter']
 
@@ -106,24 +100,10 @@ def test_a_misspelt_argument_is_a_warning_with_the_one_that_is_meant(
     monkeypatch.setattr(logger, 'warning', said.append)
     description = get_launch_description_from_python_launch_file(str(FILE))
     context = launch.LaunchContext()
-    context.launch_configurations.update({wrong: '2', 'robot': 'r2', 'loop': 'true'})
+    context.launch_configurations.update({wrong: '2', 'robot': 'r2', 'driver': 'usb_cam'})
     for entity in description.entities:
         entity.execute(context)
     assert said == [f'there is no argument {wrong}: did you mean {meant}?']
-
-
-@pytest.mark.parametrize(('code', 'expected'), [(0, 0), (1, 1), (-9, 1)])
-def test_the_exit_code_says_whether_the_input_was_played(code: int, expected: int) -> None:
-    flow_out = runpy.run_path(str(REPLAY))['_flow_out']
-    flow_out.__globals__['FLOW_OUT_S'] = 0.0
-    how = 'import os, sys\ncode = int(sys.argv[1])\nos.kill(os.getpid(), -code) if code < 0 else 0'
-    source = ExecuteProcess(cmd=[sys.executable, '-c', f'{how}\nsys.exit(code)', str(code)])
-    # As a node that goes on.
-    node = ExecuteProcess(cmd=[sys.executable, '-c', 'import time; time.sleep(600)'])
-    ends = RegisterEventHandler(OnProcessExit(target_action=source, on_exit=flow_out))
-    service = launch.LaunchService()
-    service.include_launch_description(launch.LaunchDescription([ends, node, source]))
-    assert service.run() == expected
 
 
 @pytest.mark.parametrize('image', ['/camera/image_raw', '/camera/image_raw/compressed'])
@@ -135,41 +115,6 @@ def test_a_compressed_topic_may_be_told_in_full(image: str) -> None:
 
 def plain(words: tuple) -> str:
     return ''.join(word.text for word in words)
-
-
-def test_each_node_has_its_own_enclave_if_there_are_any() -> None:
-    def given(**arguments: str) -> list[list[str]]:
-        return [
-            [part.text for word in node.cmd for part in word if isinstance(part, TextSubstitution)]
-            for node in started(**arguments)
-        ]
-
-    for words, name in zip(given(enclaves='/gait/'), SPLIT, strict=True):
-        assert words[words.index('--enclave') + 1] == f'/gait/{name}'
-    assert all('--enclave' not in words for words in given())
-
-
-@pytest.fixture
-def has_source(monkeypatch) -> None:
-    monkeypatch.setattr('shutil.which', lambda name: f'/bin/{name}')
-
-
-@pytest.mark.usefixtures('has_source')
-def test_an_input_is_played_into_the_nodes() -> None:
-    assert names(started(REPLAY, input='walk.mp4')) == [*SPLIT, 'gait_source']
-    (*_, source) = started(REPLAY, input='-walk.mp4', namespace='robot', image='/cam/image_raw')
-    words = [plain(word) for word in source.cmd]
-    assert words[words.index('--') + 1 :] == [
-        '-walk.mp4', '--ros-args', '-r', 'image:=/cam/image_raw', '-r', '__ns:=/robot',
-    ]  # fmt: skip
-    single = started(REPLAY, input='walk.mp4', style='single', loop='true')
-    assert names(single) == ['gait_pipeline', 'gait_source']
-
-
-def test_without_gait_source_it_is_said_what_to_install(monkeypatch) -> None:
-    monkeypatch.setattr('shutil.which', lambda name: None)
-    with pytest.raises(RuntimeError, match='pip install'):
-        started(REPLAY, input='walk.mp4')
 
 
 def test_a_network_is_that_of_the_nodes_that_see_images() -> None:

@@ -95,8 +95,8 @@ def test_words_of_a_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     masks = [cv2.imread(str(path), 0) for path in folder.iterdir()]
     z, _ = outline_features(mask_silhouettes(masks), VocabularySpec(words=3, points=500))
     assert np.bincount(made.nearest(z), minlength=3).min() > 0.03 * len(z)
-    run(str(tmp_path / 'again.json'), '--from', str(folder), '--quiet', *QUICK)
-    assert capsys.readouterr().out == ''
+    run(str(tmp_path / 'again.json'), '--from', str(folder), *QUICK)
+    assert '3 words from 6 silhouettes' in capsys.readouterr().out
     assert (tmp_path / 'again.json').read_bytes() == output.read_bytes()
 
 
@@ -105,10 +105,11 @@ def test_the_model_is_the_default(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
     def learn(silhouettes: list, spec: object, source: str) -> Vocabulary:
         seen.append((len(silhouettes), source))
-        return Vocabulary(np.ones(1), np.zeros((1, 4)), np.eye(4)[None], 0.35, 0.9, 0.67)
+        about = {'silhouettes': '1', 'outline points': '1'}
+        return Vocabulary(np.ones(1), np.zeros((1, 4)), np.eye(4)[None], 0.35, 0.9, 0.67, about)
 
     monkeypatch.setattr(command, 'learn_vocabulary', learn)
-    run(str(tmp_path / 'words.json'), '--quiet')
+    run(str(tmp_path / 'words.json'))
     assert seen[0][0] >= 400
     assert seen[0][1] == 'gait model'
     assert Vocabulary.load(tmp_path / 'words.json').words == 1

@@ -35,7 +35,6 @@ def make_folder(option: str, folder: Path) -> None:
     Make a folder for outputs, before what is to be written is worked out.
 
     :param option: that names it, for what is said.
-    :raises ConfigError: if nothing can be written there.
     """
     try:
         make_writable(folder)
@@ -46,11 +45,7 @@ def make_folder(option: str, folder: Path) -> None:
 
 
 def check_file(path: Path) -> None:
-    """
-    Make sure that a file can be written, before what is to be written is worked out.
-
-    :raises ConfigError: if it cannot.
-    """
+    """Make sure that a file can be written, before what is to be written is worked out."""
     there = path.exists()
     try:
         path.open('ab').close()
@@ -71,7 +66,6 @@ def keep_others(
     :param outputs: what is said of each file to be written, where it is to be, None if it is not
         wanted, and what says of the first bytes of a file whether it is of the kind.
     :param maker: the command that makes them.
-    :raises ConfigError: if there is such a file.
     """
     for name, path, is_own in outputs:
         if path is None or not path.is_file():
@@ -90,7 +84,6 @@ def with_part(page: Path, name: str, part: str) -> str:
     Return a Markdown page with another part between its marks.
 
     :param name: of the part, which the first mark says.
-    :raises ConfigError: if the page cannot be read or has no such marks.
     """
     try:
         head, begin, rest = page.read_text(encoding='utf-8').partition(f'<!-- {name} -->\n')
@@ -109,11 +102,7 @@ def is_own_picture(head: bytes) -> bool:
 
 @contextmanager
 def writing(path: Path, kind: type[GaitSegmentationError] = SequenceError) -> Iterator[None]:
-    """
-    Have errors of the system say in words that a file cannot be written.
-
-    :raises GaitSegmentationError: of the kind.
-    """
+    """Have errors of the system say in words that a file cannot be written."""
     try:
         yield
     except OSError as error:
@@ -123,11 +112,7 @@ def writing(path: Path, kind: type[GaitSegmentationError] = SequenceError) -> It
 def write_picture(
     path: Path, image: NDArray[np.uint8], kind: type[GaitSegmentationError] = SequenceError
 ) -> None:
-    """
-    Write an image file of the format that its name says; a PNG says that it is from here.
-
-    :raises GaitSegmentationError: of the kind, if it cannot be written.
-    """
+    """Write an image file of the format that its name says; a PNG says that it is from here."""
     try:
         done, data = cv2.imencode(path.suffix, image)
     except cv2.error:

@@ -79,7 +79,6 @@ def contact_sheet(images: Sequence[Image], columns: int = COLUMNS, gap: int = 4)
     :param images: (H, W, 3) uint8, any sizes; every cell has the size of the largest.
     :param columns: pictures per row.
     :param gap: pixels between pictures and round the sheet.
-    :raises InputError: if there is no picture or no column.
     """
     if not images or columns < 1:
         raise InputError(

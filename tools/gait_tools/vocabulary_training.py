@@ -67,11 +67,7 @@ class Silhouette(NamedTuple):
 
 @dataclass(frozen=True)
 class VocabularySpec(StageConfig):
-    """
-    How a vocabulary is learnt.
-
-    :raises ConfigError: if a value is outside what its field allows.
-    """
+    """How a vocabulary is learnt."""
 
     words: int = parameter(10, 'Number of words.', minimum=1, maximum=100)
     points: int = parameter(
@@ -105,7 +101,6 @@ def mask_silhouettes(masks: Sequence[NDArray[np.uint8]]) -> list[Silhouette]:
     Who is less than 16 pixels tall is left out.
 
     :param masks: (h, w) uint8 0/255 each, none of them empty.
-    :raises VocabularyError: if nobody is taller.
     """
     found, tallest = [], 0
     for mask in masks:
@@ -136,7 +131,6 @@ def outline_features(
     Return z of all outline points of silhouettes.
 
     :returns: (n, 4) float32, and the number of silhouettes.
-    :raises VocabularyError: if there are too few points for the words.
     """
     # A mixture of one word, only for its frame.
     frame = Vocabulary(
@@ -167,7 +161,6 @@ def learn_vocabulary(
     :param spec: how; the defaults if None.
     :param source: in words where the silhouettes are from, kept as provenance.
     :returns: the words from the head down.
-    :raises VocabularyError: if scikit-learn is missing or there is too little to learn from.
     """
     clusters, mixture = _estimators()
     spec = spec or VocabularySpec()
@@ -232,11 +225,7 @@ def _estimators() -> tuple[Any, Any]:
 
 
 def write_vocabulary(vocabulary: Vocabulary, path: str | os.PathLike[str]) -> None:
-    """
-    Write a vocabulary to a JSON file, numbers rounded to seven decimals, one row a line.
-
-    :raises VocabularyError: if the file cannot be written.
-    """
+    """Write a vocabulary to a JSON file, numbers rounded to seven decimals, one row a line."""
     words = zip(vocabulary.weights, vocabulary.means, vocabulary.covariances, strict=True)
     entries = {
         'format': FORMAT,

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-import json
+import re
 
 import cv2
 import numpy as np
@@ -15,15 +15,12 @@ GRID = ['--height', '48', '--width', '32', '--phases', '4']
 
 def test_a_bank_is_built_described_and_shown(tmp_path, capsys):
     built, picture = str(tmp_path / 'bank.npz'), str(tmp_path / 'sheet.png')
-    assert command.main(['build', built, *GRID, '--azimuths', '2', '--quiet']) == 0
-    assert command.main(['info', built, '--json']) == 0
-    about = json.loads(capsys.readouterr().out)
-    assert about['sequences'] == 2
-    assert about['azimuths_deg'] == [0.0, 180.0]
-    assert about['builds'] == ['average']
-    assert about['provenance']['source'] == 'gait model'
+    assert command.main(['build', built, *GRID, '--azimuths', '2']) == 0
+    assert '2 sequences x 4 phases of 48 x 32 pixels' in capsys.readouterr().out
     assert command.main(['info', built]) == 0
-    assert 'azimuths_deg         0.0, 180.0' in capsys.readouterr().out
+    about = dict(re.findall(r'(?m)^(.*?)  +(.*)$', capsys.readouterr().out))
+    assert (about['sequences'], about['azimuths_deg']) == ('2', '0.0, 180.0')
+    assert about['builds'] == 'average'
     assert command.main(['show', built, '-o', picture, '--columns', '2']) == 0
     image = cv2.imread(picture, cv2.IMREAD_GRAYSCALE)
     assert f'{image.shape[1]} x {image.shape[0]}' in capsys.readouterr().out
@@ -37,7 +34,7 @@ def test_build_from_silhouettes(tmp_path):
         alpha = render_silhouette(n / 28, 0.0, 60.0)
         cv2.imwrite(str(folder / f'{n:03}.png'), np.where(alpha >= 128, 255, 0).astype(np.uint8))
     path = tmp_path / 'own.npz'
-    arguments = ['build', str(path), *GRID, '--quiet', '--from', str(folder)]
+    arguments = ['build', str(path), *GRID, '--from', str(folder)]
     assert command.main([*arguments, '--azimuth', '0', '--mirror']) == 0
     bank = TemplateBank.load(path)
     assert bank.builds == ('walk', 'walk')

@@ -45,7 +45,7 @@ def test_scores_are_printed_and_written(pipeline, folder, tmp_path, capsys):
     scores.touch()
     # What it has made itself is replaced, by the same bytes.
     for _ in range(2):
-        assert main([str(folder), '--json', str(scores), '--out', str(out), '--restarts']) == 0
+        assert main([str(folder), '--json', str(scores), '--out', str(out), '--warm']) == 0
         lines = capsys.readouterr().out.splitlines()
         made = {path: path.read_bytes() for path in out.rglob('*.png')}
     assert main([str(folder), '--out', str(out)]) == 0
@@ -62,7 +62,7 @@ def test_scores_are_printed_and_written(pipeline, folder, tmp_path, capsys):
     }  # fmt: skip
     assert set(numbers['ms_per_frame']) == {'tracking', 'matching', 'segmentation', 'total'}
     assert report['mean']['J'] == 1
-    assert report['restarts']['J0'] == 1
+    assert report['warm']['J0'] == 1
     assert (out / 'walk' / 'contact_sheet.png').is_file()
     assert cv2.imread(str(out / 'walk' / 'masks' / '0000.png'), -1).max() == 255
 
@@ -81,7 +81,7 @@ def test_numbers_alone_are_on_standard_output_if_asked_for(pipeline, folder, mon
 def test_a_table_of_what_mechanisms_are_worth_is_written(pipeline, folder, tmp_path, capsys):
     page, out = tmp_path / 'page.md', tmp_path / 'out'
     command = [str(folder), '--ablate', 'mechanisms', '--write', str(page)]
-    assert main(command) == main([*command, '--out', str(out), '--restarts']) == 2
+    assert main(command) == main([*command, '--out', str(out), '--warm']) == 2
     assert '--ablate needs --out' in capsys.readouterr().err
     page.write_text('# A\n<!-- mechanisms -->\nold\n')
     assert main([*command, '--out', str(out)]) == 2

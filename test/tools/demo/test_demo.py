@@ -61,7 +61,7 @@ class Demo:
     def children(self, count: int = 3) -> list[str]:
         """Return the numbers of the processes that were started, once they are."""
         deadline = time.monotonic() + TIMEOUT_S
-        names = 'gait_segmentation.nodes|gait_tools.cli.source'
+        names = 'gait_segmentation.nodes|gait_tools.demo.camera'
         command = ['pgrep', '-P', str(self.process.pid), '-f', names]
         while len(found := subprocess.run(command, capture_output=True).stdout.split()) < count:
             assert time.monotonic() < deadline

@@ -16,7 +16,7 @@ from std_msgs.msg import Header
 
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.ros.messages import box_message, image_message
-from gait_tools.demo import recording as module
+from gait_tools.demo import nodes
 from gait_tools.demo.nodes import NODES
 from gait_tools.demo.recording import Recording
 
@@ -56,7 +56,7 @@ def take(recording: Recording, topic: str, second: int) -> None:
     else:
         message = box_message(BOX.corners() if somebody else (), 7 * somebody, header)
     with recording.lock:
-        recording.heard(topic, second * 10**9, '', serialize_message(message))
+        recording.heard(topic, second * 10**9, serialize_message(message))
 
 
 def test_a_result_is_what_the_messages_say(recording: Recording) -> None:
@@ -77,10 +77,11 @@ def test_a_result_is_what_the_messages_say(recording: Recording) -> None:
 
 
 def test_nodes_are_connected_when_all_of_them_say_so(recording: Recording) -> None:
-    counts = {
-        f'/person_{k}/{name}': n for k in range(2) for name, n in module._SUBSCRIBERS.items()
+    subscribers = {
+        f'subscribers of /person_{k}/{name}': n
+        for k in range(2)
+        for name, n in {**nodes._LINKS, 'box': 2, 'matched_box': 3, 'gait': 2}.items()
     }
-    subscribers = {f'subscribers of {topic}': n for topic, n in counts.items()}
     subscribers['subscribers of /labels'] = 1
 
     def say(name: str, **more: object) -> None:
@@ -90,9 +91,9 @@ def test_nodes_are_connected_when_all_of_them_say_so(recording: Recording) -> No
     say(NODES[0], state='inactive', **subscribers)
     for name in NODES[1:]:
         say(name, skipped=0)
-    assert not recording.connected()
+    assert not recording.connected(NODES, 2)
     say(NODES[0], skipped=3, **subscribers | {'subscribers of /labels': 0})
-    assert not recording.connected()
+    assert not recording.connected(NODES, 2)
     say(NODES[0], skipped=3, **subscribers)
-    assert recording.connected()
+    assert recording.connected(NODES, 2)
     assert recording.dropped() == {'gait_tracker': 3}

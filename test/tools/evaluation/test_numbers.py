@@ -21,7 +21,7 @@ from gait_tools.evaluation.metrics import (
     true_box,
     truth_of,
 )
-from gait_tools.evaluation.report import Summary, mean_of, place_table, restart_report, table
+from gait_tools.evaluation.report import Summary, mean_of, place_table
 from gait_tools.evaluation.runner import Outcome
 from gait_tools.evaluation.tracking_score import Attendance, TrackingScore
 
@@ -90,17 +90,6 @@ def test_places_count_alike(report):
     for film in films:
         del film.about['place']
     assert not place_table(report, films)
-
-
-def test_restarts_are_averaged_per_sequence_first(report):
-    restarts = restart_report({'one': {0: [0.6, 1.0], 10: [0.4, 0.8]}, 'two': {0: [1.0]}})
-    assert restarts['J'] == pytest.approx(0.85)
-    assert restarts['J0'] == pytest.approx(0.75)
-    assert restarts['per_sequence']['one']['starts']['10'] == {'J': pytest.approx(0.6), 'J0': 0.4}
-    assert restart_report({'short': {}})['J'] is None
-    text = table({**report, 'restarts': restarts})
-    assert 'restart J' in text
-    assert '0.8500' in text.splitlines()[-1]
 
 
 def image(text):

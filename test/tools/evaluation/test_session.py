@@ -10,6 +10,7 @@ from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.pipeline import PipelineConfig
+from gait_tools.evaluation.report import table
 from gait_tools.evaluation.sequence import Sequence
 from gait_tools.evaluation.session import Session, load_sequences
 
@@ -38,11 +39,13 @@ def made(monkeypatch):
     return pipelines
 
 
-def test_restarts_and_pictures_are_made_when_asked_for(folders, tmp_path):
-    asked = session(folders, restarts=True, warm=True)
-    report = asked.evaluate(PipelineConfig(), tmp_path / 'out')
-    assert report['restarts']['J'] == report['warm']['J'] == 1
-    assert list(report['restarts']['per_sequence']['b']['starts']) == ['0', '10']
+def test_warm_starts_and_pictures_are_made_when_asked_for(folders, made, tmp_path):
+    report = session(folders, warm=True).evaluate(PipelineConfig(), tmp_path / 'out')
+    ones = {'J': 1, 'J0': 1}
+    assert report['warm'] == ones | {'per_sequence': {'a': ones, 'b': ones}}
+    # The clips themselves, and starts: at 0 of each, and at 10, which sees all before.
+    assert [len(each.likelihoods) for each in made] == [6, 6, 16, 14, 16]
+    assert 'warm J' in table(report)
     assert (tmp_path / 'out' / 'b' / 'contact_sheet.png').is_file()
     assert (tmp_path / 'out' / 'a' / 'masks' / '0005.png').is_file()
 
@@ -70,9 +73,9 @@ def test_there_is_a_slot_for_everybody_who_is_labelled(folders, made):
     assert report['mean']['tracking']['never_locked'] == 1
 
 
-def test_restarts_have_one_slot_and_a_box(folders, made):
+def test_warm_starts_have_one_slot_and_a_box(folders, made):
     label_another(folders[0])
-    session(folders[:1], restarts=True, auto=True).evaluate(PipelineConfig())
+    session(folders[:1], warm=True, auto=True).evaluate(PipelineConfig())
     assert made[0].box is None
     assert made[0].config.starting.auto_init == 'detector'
     assert made[1].box is not None

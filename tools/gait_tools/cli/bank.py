@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import os
 import sys
@@ -79,9 +78,6 @@ def parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     build.add_argument('output', help='the bank file to write (.npz)')
-    build.add_argument(
-        '--quiet', action='store_true', help='no progress bar and no line about the result'
-    )
     source = build.add_argument_group('silhouettes')
     source.add_argument(
         '--from',
@@ -123,16 +119,12 @@ def parser() -> argparse.ArgumentParser:
     show.add_argument(
         '--columns', type=int, default=10, metavar='N', help='phases to show (default: 10)'
     )
-    show.add_argument(
-        '--sequences', nargs='+', type=int, metavar='K', help='sequences to show (default: all)'
-    )
     info = commands.add_parser(
         'info',
         help='describe a bank',
         description='Print size, builds, azimuths and origin of a bank.',
     )
     info.add_argument('bank', nargs='?', help='a bank file; the standard bank if left out')
-    info.add_argument('--json', action='store_true', help='print JSON')
     vocabulary.add_parser(commands)
     return made
 
@@ -178,7 +170,7 @@ def _build(options: argparse.Namespace) -> None:
     if options.folders is not None and drawn:
         raise BankError(f'{", ".join(drawn)}: only a bank without --from has them')
     count = len(options.folders or ()) or len(spec.build_names) * (spec.azimuths + DIRECTIONS)
-    with tqdm(total=count, unit='sequence', disable=options.quiet or None, leave=False) as bar:
+    with tqdm(total=count, unit='sequence', disable=None, leave=False) as bar:
         if options.folders is None:
             bank = build_bank(spec, bar.update)
         else:
@@ -196,21 +188,17 @@ def _build(options: argparse.Namespace) -> None:
                 progress=bar.update,
             )
     bank.save(output)
-    if not options.quiet:
-        print(f'{output}: {_size(bank)}')
+    height, width = bank.grid
+    several = 's' * (bank.sequences != 1)
+    print(
+        f'{output}: {bank.sequences} sequence{several} x {bank.phases} phases of {height} x '
+        f'{width} pixels'
+    )
 
 
 def _is_bank(head: bytes) -> bool:
     # The first entry of the archive, and what it says; banks of other versions are banks, too.
     return head.startswith(b'PK') and b'format.npy' in head[:64]
-
-
-def _size(bank: TemplateBank) -> str:
-    height, width = bank.grid
-    several = 's' * (bank.sequences != 1)
-    return (
-        f'{bank.sequences} sequence{several} x {bank.phases} phases of {height} x {width} pixels'
-    )
 
 
 def _open(name: str | None) -> TemplateBank:
@@ -221,7 +209,7 @@ def _show(options: argparse.Namespace) -> None:
     output = Path(options.output)
     keep_apart([('--output', output)], [Path(options.bank)] if options.bank else [])
     keep_others([('--output', output, is_own_picture)], 'gait_bank')
-    sheet = contact_sheet(_open(options.bank), options.columns, options.sequences)
+    sheet = contact_sheet(_open(options.bank), options.columns)
     write_picture(output, sheet, BankError)
     print(f'{output}: {sheet.shape[1]} x {sheet.shape[0]} pixels')
 
@@ -230,32 +218,20 @@ def _text(image: NDArray[np.uint8], text: str, x: int, y: int) -> None:
     cv2.putText(image, text, (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.35, 200, 1, cv2.LINE_AA)
 
 
-def contact_sheet(
-    bank: TemplateBank, columns: int = 10, sequences: list[int] | None = None
-) -> NDArray[np.uint8]:
-    """
-    Lay templates out on a sheet.
-
-    :param bank: the bank.
-    :param columns: phases to show, evenly spaced; at most all of them.
-    :param sequences: indices of the sequences to show; all if None.
-    :returns: (rows, columns) uint8, labelled with build, azimuth and phase.
-    :raises BankError: for a sequence the bank has not, or fewer than one column.
-    """
+def contact_sheet(bank: TemplateBank, columns: int) -> NDArray[np.uint8]:
+    """Return the templates of so many phases, labelled with build, azimuth and phase."""
     if columns < 1:
         raise BankError(f'columns must be at least 1, got {columns}')
-    chosen = list(range(bank.sequences)) if sequences is None else sequences
-    wrong = [index for index in chosen if not 0 <= index < bank.sequences]
-    if wrong or not chosen:
-        raise BankError(f'sequences must be from 0 to {bank.sequences - 1}, got {wrong or "none"}')
     columns = min(columns, bank.phases)
     phases = [k * bank.phases // columns for k in range(columns)]
     height, width = bank.grid
-    sheet = np.zeros((_HEADER + len(chosen) * height, _MARGIN + columns * width), dtype=np.uint8)
+    sheet = np.zeros(
+        (_HEADER + bank.sequences * height, _MARGIN + columns * width), dtype=np.uint8
+    )
     for column, phase in enumerate(phases):
         _text(sheet, f'{phase / bank.phases:.2f}', _MARGIN + column * width + width // 3, 11)
-    for row, sequence in enumerate(chosen):
-        top = _HEADER + row * height
+    for sequence in range(bank.sequences):
+        top = _HEADER + sequence * height
         _text(sheet, f'{sequence}', 4, top + height // 2 - 16)
         _text(sheet, bank.builds[sequence][:14], 4, top + height // 2)
         degrees = math.degrees(float(bank.azimuth[sequence]))
@@ -265,33 +241,23 @@ def contact_sheet(
     return sheet
 
 
-def _describe(bank: TemplateBank) -> dict[str, Any]:
-    return {
+def _info(options: argparse.Namespace) -> None:
+    bank = _open(options.bank)
+    about: dict[str, Any] = {
         'sequences': bank.sequences,
         'phases': bank.phases,
         'height': bank.grid[0],
         'width': bank.grid[1],
         'fill': bank.fill,
         'grey_levels': len(np.unique(bank.templates)),
-        'builds': list(dict.fromkeys(bank.builds)),
-        'azimuths_deg': sorted({round(math.degrees(float(a)), 2) for a in bank.azimuth}),
-        'provenance': bank.provenance,
+        'builds': ', '.join(dict.fromkeys(bank.builds)),
+        'azimuths_deg': ', '.join(
+            str(each) for each in sorted({round(math.degrees(float(a)), 2) for a in bank.azimuth})
+        ),
     }
-
-
-def _info(options: argparse.Namespace) -> None:
-    about = _describe(_open(options.bank))
-    if options.json:
-        print(json.dumps(about, indent=2))
-        return
+    about |= {f'provenance {key}': text for key, text in bank.provenance.items()}
     for name, value in about.items():
-        if isinstance(value, dict):
-            for key, text in value.items():
-                print(f'{name + " " + key:20} {text}')
-        elif isinstance(value, list):
-            print(f'{name:20} {", ".join(str(v) for v in value)}')
-        else:
-            print(f'{name:20} {value}')
+        print(f'{name:20} {value}')
 
 
 def _run(options: argparse.Namespace) -> None:

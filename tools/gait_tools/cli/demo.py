@@ -198,8 +198,6 @@ def demo_clip() -> Path:
 
     It is part of the package Sports2D (David Pagnon, BSD-3-Clause): a woman who walks past a
     standing camera.
-
-    :raises SequenceError: if it cannot be fetched or kept, or is not what it should be.
     """
     folder = os.environ.get('XDG_CACHE_HOME') or os.path.expanduser('~/.cache')
     if not os.path.isabs(folder):
@@ -245,7 +243,6 @@ def write_pictures(out: Path, recording: Recording, film: ImageSource, fps: floa
     The images are read again, in their order: all at once would take much memory.
 
     :returns: how many frames have a silhouette.
-    :raises SequenceError: if a file cannot be written.
     """
     answered = recording.answered()
     seen: dict[int, list[int]] = {}

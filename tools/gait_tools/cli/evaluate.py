@@ -64,7 +64,7 @@ docs/evaluation.md says what the columns of the tables are.
 examples
   gait_evaluate data/hall data/lucia --json scores.json
   gait_evaluate data/hall --json - | jq .mean.J
-  gait_evaluate data/* --out out/eval --restarts
+  gait_evaluate data/* --out out/eval --warm
   gait_evaluate data/* --preset paper --prior none
   gait_evaluate data/* --ablate mechanisms --out out/ablation --boxes 3 --jobs 2
   gait_evaluate data/hall --set tracking.use_background=false --bank mine.npz
@@ -89,16 +89,10 @@ def parser() -> argparse.ArgumentParser:
     add('--prior', help='shape prior of the segmentation, e.g. none or default')
     add('--bank', metavar='FILE', help='template bank, as gait_bank writes it')
     add(
-        '--restarts',
-        action='store_true',
-        help='also restart at every 10th frame for 14 frames: J over all of them, and J0 of the '
-        'first frame alone, show how well tracks start',
-    )
-    add(
         '--warm',
         action='store_true',
         help='also give the box at every 10th frame to a camera that has been running since the '
-        "clip's first frame, and score 14 frames: J and J0 as with --restarts",
+        "clip's first frame, and score 14 frames: J of all, J0 of the first",
     )
     add(
         '--likelihood',
@@ -150,16 +144,12 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def evaluate(options: argparse.Namespace) -> None:
-    """
-    Run, print and write everything that is asked for.
-
-    :raises GaitSegmentationError: if an option, a sequence or a file cannot be used.
-    """
+    """Run, print and write everything that is asked for."""
     _keep_inputs(options)
     check_ranges(options, {'jobs': PROCESSORS, 'boxes': (1, 1000)})
     if options.ablate is not None:
-        if options.out is None or options.json or options.restarts or options.warm:
-            raise ConfigError('--ablate needs --out, and goes without --json, --restarts, --warm')
+        if options.out is None or options.json or options.warm:
+            raise ConfigError('--ablate needs --out, and goes without --json and --warm')
         if options.write is not None:
             with_part(options.write, options.ablate, '')
     if options.json != _OUTPUT:
@@ -195,7 +185,6 @@ def evaluate(options: argparse.Namespace) -> None:
         sequences=load_sequences(options.sequence, options.likelihood, options.heat_map),
         make_pipeline=partial(Pipeline, bank=bank, clock=time.perf_counter),
         clock=time.perf_counter,
-        restarts=options.restarts,
         warm=options.warm,
         likelihood=options.likelihood,
         heat_map=options.heat_map,
@@ -233,11 +222,7 @@ def _is_mask(head: bytes) -> bool:
 
 
 def _keep_inputs(options: argparse.Namespace) -> None:
-    """
-    Refuse outputs that would change what is read.
-
-    :raises ConfigError: if there are such.
-    """
+    """Refuse outputs that would change what is read."""
     json_file = None if options.json == _OUTPUT else options.json
     outputs = [('--json', json_file), ('--write', options.write)]
     if options.out is not None:

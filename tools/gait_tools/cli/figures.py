@@ -92,11 +92,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def draw(options: argparse.Namespace) -> None:
-    """
-    Run the pipeline with and without a prior, and draw.
-
-    :raises GaitSegmentationError: if an option, the clip or a file cannot be used.
-    """
+    """Run the pipeline with and without a prior, and draw."""
     box = None if options.box is None else Box(*options.box)
     given = {name: getattr(options, name) for name in READING}
     usual = parser().get_default

@@ -66,9 +66,6 @@ def add_parser(commands: Any) -> argparse.ArgumentParser:
         '--from', dest='folders', nargs='+', metavar='FOLDER', help='folders of silhouettes'
     )
     made.add_argument('--picture', metavar='FILE', help='write a picture of the words, too')
-    made.add_argument(
-        '--quiet', action='store_true', help='no progress bar and no line about the result'
-    )
     add_spec_options(made, VocabularySpec, 'the words')
     return made
 
@@ -78,8 +75,6 @@ def run(options: argparse.Namespace) -> None:
     Learn and write a vocabulary.
 
     :param options: what the parser of :func:`add_parser` read.
-    :raises GaitSegmentationError: if an option, folder or file cannot be used, or scikit-learn is
-        missing.
     """
     spec = VocabularySpec(**spec_of(options, VocabularySpec))
     output = Path(options.output)
@@ -91,7 +86,7 @@ def run(options: argparse.Namespace) -> None:
     for path in (output, picture or output):
         if not path.parent.is_dir():
             raise VocabularyError(f'cannot write {path}: {path.parent} is not a folder')
-    with tqdm(unit='sequence', disable=options.quiet or None, leave=False) as bar:
+    with tqdm(unit='sequence', disable=None, leave=False) as bar:
         silhouettes, source = _silhouettes(options.folders, bar)
         bar.set_description(f'learning from {len(silhouettes)} silhouettes')
         vocabulary = learn_vocabulary(silhouettes, spec, source)
@@ -100,12 +95,11 @@ def run(options: argparse.Namespace) -> None:
         chosen = np.linspace(0, len(silhouettes) - 1, _SHOWN + 2).astype(int)[1:-1]
         words = draw_vocabulary(vocabulary, [silhouettes[k] for k in chosen])
         write_picture(picture, words, VocabularyError)
-    if not options.quiet:
-        about = vocabulary.provenance
-        print(
-            f'{output}: {vocabulary.words} words from {about["silhouettes"]} silhouettes '
-            f'({about["outline points"]} outline points)'
-        )
+    about = vocabulary.provenance
+    print(
+        f'{output}: {vocabulary.words} words from {about["silhouettes"]} silhouettes '
+        f'({about["outline points"]} outline points)'
+    )
 
 
 def _are_words(head: bytes) -> bool:

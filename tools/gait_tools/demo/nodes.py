@@ -13,7 +13,8 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.files.installed import prepare
+from gait_segmentation.streams.fields import slot_topics
 
 NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter')
 
@@ -35,11 +37,13 @@ _LAST_LINES = 15
 _PR_SET_PDEATHSIG = 1
 _prctl = ctypes.CDLL(None).prctl
 
-_HEADER = struct.Struct('=4xiII')
-"""
-Of a serialised message that begins with a header, in the byte order that DDS uses here: stamp, and
-length of the frame_id.
-"""
+_LINKS = {
+    'box': 1, 'likelihood': 2, 'matched_box': 2, 'shape_prior': 2, 'gait': 1, 'mask': 1,
+}  # fmt: skip
+"""Subscribers that the topics of a slot have when the three nodes are connected."""
+
+_STAMP = struct.Struct('=4xiI')
+"""Of a serialised message that begins with a header, in the byte order that DDS uses here."""
 
 
 @contextlib.contextmanager
@@ -97,11 +101,7 @@ class ProcessGroup(contextlib.AbstractContextManager['ProcessGroup']):
         self.start(name, module, *arguments)
 
     def check_running(self, *names: str) -> None:
-        """
-        Make sure that these processes still run, and that no other has failed.
-
-        :raises ProcessError: with the name and the last lines of one that does not.
-        """
+        """Make sure that these processes still run, and that no other has failed."""
         for name, process in self._children.items():
             code = process.poll()
             if code or (code is not None and name in names):
@@ -152,6 +152,7 @@ class Listener:
         self.lock = threading.Lock()
         self.arrived_s: dict[int, float] = {}
         self.status: dict[str, dict[str, str]] = {}
+        self._topics = tuple(topics)
         self.node = Node('listener')
         qos = QoSProfile(depth=200)
         for topic, kind in topics.items():
@@ -170,29 +171,29 @@ class Listener:
         self._thread.join()
         self.node.destroy_node()
 
-    def active(self) -> set[str]:
-        """Return the names of the nodes that say that they are active."""
+    def connected(self, nodes: Collection[str], people: int = 1) -> bool:
+        """Return whether nodes say that they are active and connected, with this listener too."""
+        wanted = Counter(self._topics)
+        if len(nodes) > 1:
+            wanted.update(slot_topics(_LINKS, people))
         with self.lock:
-            return {name for name, said in self.status.items() if said.get('state') == 'active'}
+            known = list(self.status.values())
+            active = {name for name, said in self.status.items() if said.get('state') == 'active'}
+        return active >= set(nodes) and all(
+            any(int(said.get(f'subscribers of /{topic}', '0')) >= count for said in known)
+            for topic, count in wanted.items()
+        )
 
-    def subscribers(self, topic: str) -> int:
-        """Return how many have subscribed to a topic of the nodes, as they say."""
-        key = f'subscribers of /{topic}'
-        with self.lock:
-            return max((int(said.get(key, '0')) for said in self.status.values()), default=0)
-
-    def heard(self, topic: str, stamp_ns: int, frame_id: str, message: bytes) -> None:
+    def heard(self, topic: str, stamp_ns: int, message: bytes) -> None:
         """Note a message, with the lock held."""
         self.arrived_s.setdefault(stamp_ns, time.time())
 
     def _receive(self, topic: str, message: bytes) -> None:
         # What is cut off by whoever else publishes there is passed over.
-        if len(message) >= _HEADER.size:
-            seconds, nanoseconds, length = _HEADER.unpack_from(message)
-            frame_id = message[_HEADER.size : _HEADER.size + length].rstrip(b'\0')
+        if len(message) >= _STAMP.size:
+            seconds, nanoseconds = _STAMP.unpack_from(message)
             with self.lock:
-                stamp_ns = seconds * 1_000_000_000 + nanoseconds
-                self.heard(topic, stamp_ns, frame_id.decode('latin1'), message)
+                self.heard(topic, seconds * 1_000_000_000 + nanoseconds, message)
 
     def _diagnose(self, message: DiagnosticArray) -> None:
         with self.lock:

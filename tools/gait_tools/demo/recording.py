@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import time
 from collections.abc import Callable
@@ -41,13 +42,10 @@ _START_TIMEOUT_S = 900.0
 _FLOW_OUT_S = 5.0
 _RECORDED = {'box': PolygonInstanceStamped, 'matched_box': PolygonInstanceStamped}
 _RECORDED |= {'gait': JointState}
-_SUBSCRIBERS = {'box': 2, 'likelihood': 2, 'matched_box': 3, 'shape_prior': 2, 'gait': 2}
-_SUBSCRIBERS |= {'mask': 1}
-"""Of the topics of a slot, when the nodes and who records them are connected."""
 
 
 def read_stamps(path: Path) -> dict[int, int]:
-    """Return what ``gait_source --stamps`` has written: stamps in nanoseconds by frame number."""
+    """Return the stamps in ns by frame number that the camera has written."""
     pairs = (line.split() for line in path.read_text(encoding='ascii').splitlines())
     return {int(number): int(stamp_ns) for number, stamp_ns in pairs}
 
@@ -64,47 +62,20 @@ class Recording(Listener):
         """Begin to listen to the nodes; rclpy must be initialised."""
         self.published: dict[int, int] = {}
         self.complete = 0
+        self.latest_s = 0.0
         self._people = people
         self._kept: dict[int, dict[str, bytes]] = {}
         self._kinds: dict[str, Any] = {'labels': Image, **slot_topics(_RECORDED, people)}
-        self._latest_s = 0.0
         super().__init__(self._kinds)
 
-    def heard(self, topic: str, stamp_ns: int, frame_id: str, message: bytes) -> None:
+    def heard(self, topic: str, stamp_ns: int, message: bytes) -> None:
         """Keep a message as it came, in little memory."""
-        self._latest_s = time.monotonic()
+        self.latest_s = time.monotonic()
         if topic == 'labels':
-            super().heard(topic, stamp_ns, frame_id, message)
+            super().heard(topic, stamp_ns, message)
         kept = self._kept.setdefault(stamp_ns, {})
         self.complete += topic not in kept and len(kept) + 1 == len(self._kinds)
         kept[topic] = lz4.block.compress(message)
-
-    def connected(self) -> bool:
-        """Return whether the nodes are active and connected with each other and with this."""
-        wanted = {'labels': 1, **slot_topics(_SUBSCRIBERS, self._people)}
-        return self.active() >= set(NODES) and all(
-            self.subscribers(topic) >= count for topic, count in wanted.items()
-        )
-
-    def follow(self, done: Callable[[], bool], processes: ProcessGroup) -> None:
-        """
-        Listen until something is so.
-
-        :raises ProcessError: if a node ends meanwhile.
-        """
-        while not done():
-            processes.check_running(*NODES)
-            time.sleep(POLL_S)
-
-    def follow_rest(self, processes: ProcessGroup) -> None:
-        """Listen until all frames that were published have come, or nothing comes any more."""
-        self._latest_s = time.monotonic()
-
-        def over() -> bool:
-            quiet = time.monotonic() - self._latest_s > _FLOW_OUT_S
-            return quiet or self.complete >= len(self.published)
-
-        self.follow(over, processes)
 
     def release_held(self) -> None:
         """Deactivate the matcher, so that it publishes what it holds back for the next frames."""
@@ -173,7 +144,6 @@ def play(
     :param box: of a person in the first frame, in the pixels played; without, people are found.
     :param detector: value of ``detector.network``.
     :param reading: arguments of :func:`open_input` with which the film was opened.
-    :raises ProcessError: if a process fails or the nodes do not connect.
     """
     # As gait_segmentation.launch.py does; on a busy computer frames are to be late, not lost.
     words = ['--ros-args', '--params-file', str(preset_file(preset)), '-p', 'backlog:=90']
@@ -182,49 +152,42 @@ def play(
     if box is not None:
         numbers = [float(each) for each in (box.x, box.y, box.width, box.height)]
         words += ['-p', f'initial_box:={numbers}']
-    with ros(), ProcessGroup(logs) as processes:
-        with closing(Recording(people)) as recording:
-            for name in NODES:
-                processes.start_node(name, *words)
-            record(recording, processes, film, logs / 'stamps.txt', reading)
-        return recording
+    with ros(), ProcessGroup(logs) as processes, closing(Recording(people)) as recording:
+        for name in NODES:
+            processes.start_node(name, *words)
 
+        def follow(done: Callable[[], bool]) -> None:
+            while not done():
+                processes.check_running(*NODES)
+                time.sleep(POLL_S)
 
-def record(
-    recording: Recording,
-    processes: ProcessGroup,
-    film: ImageSource,
-    stamps: Path,
-    reading: dict[str, object],
-) -> None:
-    """Play the film to the nodes, and wait until everything has come."""
-    print('gait_demo: starting the nodes (the first time, up to a minute)', file=sys.stderr)
-    deadline = time.monotonic() + _START_TIMEOUT_S
-
-    def connected() -> bool:
+        print('gait_demo: starting the nodes (the first time, up to a minute)', file=sys.stderr)
+        deadline = time.monotonic() + _START_TIMEOUT_S
+        follow(lambda: recording.connected(NODES, people) or time.monotonic() > deadline)
         if time.monotonic() > deadline:
             raise ProcessError(f'the nodes did not connect within {_START_TIMEOUT_S:g} s')
-        return recording.connected()
+        # All nodes but the matcher read images.
+        stamps, readers = logs / 'stamps.txt', len(NODES) - 1
+        stamps.unlink(missing_ok=True)
+        about = {'film': str(film.path), 'stamps': str(stamps), 'readers': readers, **reading}
+        processes.start('camera', 'gait_tools.demo.camera', json.dumps(about))
+        # disable=None: no bar where stderr is not a terminal.
+        with tqdm(total=film.total, unit='frame', disable=None, desc='gait_demo') as bar:
 
-    recording.follow(connected, processes)
-    source = [f'--{name.replace("_", "-")}={value}' for name, value in reading.items() if value]
-    # The delay is for the processes to be done with finding the camera before it starts.
-    # All nodes but the matcher read images.
-    source += [f'--wait-for={len(NODES) - 1}', '--delay=1', f'--stamps={stamps}']
-    source += ['--', str(film.path)]
-    stamps.unlink(missing_ok=True)
-    processes.start('gait_source', 'gait_tools.cli.source', *source)
-    # disable=None: no bar where stderr is not a terminal.
-    with tqdm(total=film.total, unit='frame', disable=None, desc='gait_demo') as bar:
+            def played() -> bool:
+                bar.update(recording.complete - bar.n)
+                return processes.ended('camera')
 
-        def played() -> bool:
-            bar.update(recording.complete - bar.n)
-            return processes.ended('gait_source')
+            def over() -> bool:
+                quiet = time.monotonic() - recording.latest_s > _FLOW_OUT_S
+                return quiet or recording.complete >= len(recording.published)
 
-        recording.follow(played, processes)
-        processes.check_running(*NODES)
-        recording.published = read_stamps(stamps)
-        recording.follow_rest(processes)
-        if recording.complete < len(recording.published):
-            recording.release_held()
-            recording.follow_rest(processes)
+            follow(played)
+            processes.check_running(*NODES)
+            recording.published = read_stamps(stamps)
+            for finish in (lambda: None, recording.release_held):
+                if recording.complete < len(recording.published):
+                    finish()
+                    recording.latest_s = time.monotonic()
+                    follow(over)
+        return recording

@@ -132,8 +132,6 @@ def ablate(
     :param boxes: how many boxes each film is run from, the given one first.
     :param jobs: processes.
     :param spoilt: those of :data:`SPOILT` that are run as well.
-    :raises SequenceError: if a file cannot be read or written.
-    :raises ConfigError: if a file was not made here.
     """
     places = {each.name: str(each.about.get('place', each.name)) for each in session.sequences}
     yield '| left out | what it does | films | J | difference (95 %) | verdict |\n'

@@ -150,22 +150,6 @@ def mean_tracking(rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     return mean
 
 
-def restart_report(starts: Mapping[str, Mapping[int, ListLike[float]]]) -> dict[str, Any]:
-    """
-    Average the starts of each sequence, then the sequences that have any.
-
-    :param starts: sequence -> first frame of a start -> J of its frames.
-    """
-    per_sequence: dict[str, dict[str, Any]] = {}
-    for name, runs in starts.items():
-        scores = {str(n): {'J': float(np.mean(js)), 'J0': js[0]} for n, js in runs.items()}
-        means = {key: mean_known(each[key] for each in scores.values()) for key in ('J', 'J0')}
-        per_sequence[name] = {**means, 'starts': scores}
-    return {key: mean_known(row[key] for row in per_sequence.values()) for key in ('J', 'J0')} | {
-        'per_sequence': per_sequence
-    }
-
-
 def aligned(rows: ListLike[ListLike[str]]) -> str:
     """Join cells to lines, the first column flush left and the others right."""
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
@@ -220,16 +204,13 @@ _TRACKING_COLUMNS: dict[str, Callable[[Mapping[str, Any]], str]] = {
 
 def table(report: Mapping[str, Any]) -> str:
     """Return the report as an aligned table, one line per sequence and one for the mean."""
-    kinds = {'restarts': 'restart', 'warm': 'warm'}
-    again = {name: report[kind] for kind, name in kinds.items() if kind in report}
-    header = ['sequence', *_COLUMNS]
-    rows = [header + [cell for name in again for cell in (f'{name} J', 'J0')]]
+    warm = report.get('warm')
+    rows = [['sequence', *_COLUMNS, *(('warm J', 'J0') if warm else ())]]
     for name, numbers in [*report['sequences'].items(), ('mean', report['mean'])]:
-        row = [name, *(cell(numbers) for cell in _COLUMNS.values())]
-        for starts in again.values():
-            scores = starts if name == 'mean' else starts['per_sequence'][name]
-            row += [_cell(scores['J'], 4), _cell(scores['J0'], 4)]
-        rows.append(row)
+        rows.append([name, *(cell(numbers) for cell in _COLUMNS.values())])
+        if warm:
+            scores = warm if name == 'mean' else warm['per_sequence'][name]
+            rows[-1] += [_cell(scores[key], 4) for key in ('J', 'J0')]
     return aligned(rows)
 
 
@@ -274,32 +255,20 @@ def place_table(report: Mapping[str, Any], sequences: Iterable[Sequence]) -> str
 
 
 def write_json(path: Path, report: Mapping[str, Any]) -> None:
-    """
-    Write a report.
-
-    :raises SequenceError: if the file cannot be written.
-    """
+    """Write a report."""
     with writing(path):
         write_file(path, (json.dumps(report, indent=2) + '\n').encode())
 
 
 def write_image(path: Path, image: Image) -> None:
-    """
-    Write an image file, making its folder.
-
-    :raises SequenceError: if it cannot be written.
-    """
+    """Write an image file, making its folder."""
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
     write_picture(path, image)
 
 
 def write_figure(path: Path, figure: Figure) -> None:
-    """
-    Write a figure of matplotlib as PNG that says that it is from here, making its folder.
-
-    :raises SequenceError: if it cannot be written.
-    """
+    """Write a figure of matplotlib as PNG that says that it is from here, making its folder."""
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         data = io.BytesIO()
@@ -326,11 +295,7 @@ class SequenceOutput:
         self._box: Box | None = None
 
     def add(self, outcome: Outcome) -> None:
-        """
-        Write the mask of a frame and draw it if it is to be shown.
-
-        :raises SequenceError: if a file cannot be read or written.
-        """
+        """Write the mask of a frame and draw it if it is to be shown."""
         number, sequence = outcome.number, self._sequence
         write_image(self._folder / 'masks' / f'{sequence.frames[number].stem}.png', outcome.mask)
         if number not in self.shown:
@@ -347,9 +312,5 @@ class SequenceOutput:
         self._tiles.append(tile(image, self._box, outlines, words))
 
     def close(self) -> None:
-        """
-        Write the contact sheet.
-
-        :raises SequenceError: if it cannot be written.
-        """
+        """Write the contact sheet."""
         write_image(self._folder / 'contact_sheet.png', contact_sheet(self._tiles))

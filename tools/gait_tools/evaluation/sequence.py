@@ -75,12 +75,7 @@ class Sequence:
 
     @classmethod
     def load(cls, folder: str | Path) -> Sequence:
-        """
-        Open a sequence folder, reading its YAML file and the first frame.
-
-        :raises SequenceError: if a part is missing or a value cannot be used; the message names
-            the file, the value and what is allowed.
-        """
+        """Open a sequence folder, reading its YAML file and the first frame."""
         folder = Path(folder)
         if not folder.is_dir():
             raise SequenceError(f'{folder} is not a folder')
@@ -133,21 +128,13 @@ class Sequence:
         return frame_stamp_ns(number - min(self.frames), self.fps)
 
     def image(self, number: int) -> NDArray[np.uint8]:
-        """
-        Read a frame as (H, W, 3) uint8 BGR.
-
-        :raises SequenceError: if it cannot be read or has another size than the first.
-        """
+        """Read a frame as (H, W, 3) uint8 BGR."""
         image = read_image(self.frames[number])
         _check_size(self.frames[number], image, self.size, 'the first frame')
         return image
 
     def truth(self, number: int) -> NDArray[np.uint8] | None:
-        """
-        Read the ground truth of a frame as (H, W) uint8, None if the frame has none.
-
-        :raises SequenceError: if the mask cannot be read or has another size than the frames.
-        """
+        """Read the ground truth of a frame as (H, W) uint8, None if the frame has none."""
         path = self.masks.get(number)
         return None if path is None else read_mask(path, self.size)
 
@@ -156,8 +143,6 @@ class Sequence:
         Read who is where in a frame as (H, W) uint8, None if the frame has no truth.
 
         Without labels of several people the person of the mask is 1.
-
-        :raises SequenceError: if a file cannot be read or has another size than the frames.
         """
         if self.label_files:
             path = self.label_files.get(number)
@@ -170,7 +155,6 @@ class Sequence:
         Return what reads the likelihood image of a frame, None for an empty name.
 
         :param name: of the folder beside ``frames``.
-        :raises SequenceError: if there is no such folder.
         """
         folder = self.folder / name
         if not name:
@@ -185,8 +169,6 @@ class Sequence:
 
         :param name: of the folder beside ``frames``; with ``NAME:3`` maps come three frames after
             their own, with ``NAME:3:2`` besides with every second frame only.
-        :raises SequenceError: if there is no such folder, no map of any frame in it, or these are
-            no such numbers.
         """
         if not name:
             return None
@@ -315,7 +297,6 @@ def read_mask(path: Path, size: tuple[int, int]) -> NDArray[np.uint8]:
     Read a single-channel image as (H, W) uint8, its values as they are.
 
     :param size: the width and height it must have.
-    :raises SequenceError: if it cannot be read, has another size, colours or 16 bits.
     """
     mask = read_image(path, cv2.IMREAD_UNCHANGED)
     if mask.ndim == 3 and (mask[..., :1] == mask[..., 1:3]).all():

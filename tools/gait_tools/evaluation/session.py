@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import statistics
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence as ListLike
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +24,7 @@ from gait_tools.evaluation.metrics import (
     mean_known,
     start_box,
 )
-from gait_tools.evaluation.report import SequenceOutput, Summary, mean_of, restart_report
+from gait_tools.evaluation.report import SequenceOutput, Summary, mean_of
 from gait_tools.evaluation.runner import Outcome, run
 from gait_tools.evaluation.sequence import Boxes, Sequence, read_mask
 from gait_tools.evaluation.tracking_score import TrackingScore, first_frames
@@ -34,14 +35,8 @@ if TYPE_CHECKING:
 
 Item = TypeVar('Item')
 
-RESTART_EVERY = 10
-"""Frames between the starts of the restart score."""
-
-RESTART_FRAMES = 14
-"""Length of the runs of the restart score."""
-
-RESTART_LEAST = 5
-"""Frames that must follow a start for it to count."""
+WARM_EVERY, WARM_FRAMES, WARM_LEAST = 10, 14, 5
+"""Frames between warm starts, in what is scored of one, and that must follow for it to count."""
 
 MAP_SLOTS = 3
 """Slots, at least, where nobody is given but heat maps show everybody at once."""
@@ -55,7 +50,6 @@ def load_sequences(
 
     :param likelihood: folder of likelihood images that each must have, if it is not empty.
     :param heat_map: the same of heat maps.
-    :raises SequenceError: if one cannot be used, has no ground truth, or two have one name.
     """
     loaded: dict[str, Sequence] = {}
     for folder in folders:
@@ -79,23 +73,6 @@ def load_sequences(
             )
         loaded[sequence.name] = sequence
     return list(loaded.values())
-
-
-def restarts_of(sequence: Sequence) -> list[tuple[list[int], Box]]:
-    """
-    Return the stretches of the restart score: their frames, and the box in the first.
-
-    They are 14 frames long, from every tenth frame on that has a person in its truth and at least
-    five frames to follow; the box is the true one with its ambiguous rim.
-    """
-    numbers = sequence.numbers
-    found = []
-    for place in range(0, len(numbers) - RESTART_LEAST, RESTART_EVERY):
-        truth = sequence.truth(numbers[place])
-        box = None if truth is None else start_box(truth)
-        if box is not None:
-            found.append((numbers[place : place + RESTART_FRAMES], box))
-    return found
 
 
 def map_j(sequence: Sequence, name: str) -> float | None:
@@ -122,8 +99,8 @@ class Session:
     What stays the same while configurations are compared.
 
     ``make_pipeline`` makes a pipeline that has seen nothing from a configuration, ``clock`` gives
-    seconds.  With ``restarts`` the report has the restart score, too, and with ``warm`` that of
-    pipelines that have seen the clip from its first frame on.  ``likelihood`` and ``heat_map`` are
+    seconds.  With ``warm`` boxes are also given to pipelines that have seen the clip from its
+    first frame on.  ``likelihood`` and ``heat_map`` are
     as in :meth:`Sequence.likelihoods` and :meth:`Sequence.heat_maps`.
 
     With ``auto`` no boxes are given and pipelines find people by themselves; without it they only
@@ -135,7 +112,6 @@ class Session:
     sequences: ListLike[Sequence]
     make_pipeline: Callable[[Any], Pipeline]
     clock: Callable[[], float]
-    restarts: bool = False
     warm: bool = False
     likelihood: str = ''
     heat_map: str = ''
@@ -149,24 +125,25 @@ class Session:
         :param config: of the pipeline.
         :param out: folder for masks and contact sheets, in a folder per sequence.
         :param name: of the configuration, for the progress.
-        :returns: ``sequences`` (name -> numbers), ``mean``, and ``restarts`` if asked for.
-        :raises SequenceError: if an image cannot be read or written.
+        :returns: ``sequences`` (name -> numbers), ``mean``, and ``warm`` if asked for.
         """
         rows: dict[str, Any] = {}
-        kinds = [name for name in ('restarts', 'warm') if getattr(self, name)]
-        starts: dict[str, dict[str, dict[int, list[float]]]] = {kind: {} for kind in kinds}
+        warm: dict[str, dict[str, float | None]] = {}
         for sequence in self.sequences:
             title = f'{name} {sequence.name}'.strip()
             summary = self.score(config, sequence, sequence.starts, out, title)
             rows[sequence.name] = summary.numbers()
             if self.heat_map:
                 rows[sequence.name]['map_J'] = map_j(sequence, self.heat_map)
-            for kind in kinds:
-                runs = self._restarts(config, sequence, warm=kind == 'warm')
-                count = len(restarts_of(sequence))
-                starts[kind][sequence.name] = dict(_shown(runs, f'{title} {kind}', count))
+            if self.warm:
+                starts = list(self._warm_starts(config, sequence))
+                mean_j = mean_known(map(statistics.fmean, starts))
+                warm[sequence.name] = {'J': mean_j, 'J0': mean_known(js[0] for js in starts)}
         report: dict[str, Any] = {'sequences': rows, 'mean': mean_of(rows)}
-        return report | {kind: restart_report(starts[kind]) for kind in kinds}
+        if self.warm:
+            means = {key: mean_known(row[key] for row in warm.values()) for key in ('J', 'J0')}
+            report['warm'] = {**means, 'per_sequence': warm}
+        return report
 
     def _run(
         self,
@@ -215,21 +192,24 @@ class Session:
             output.close()
         return summary
 
-    def _restarts(
-        self, config: Any, sequence: Sequence, *, warm: bool
-    ) -> Iterator[tuple[int, list[float]]]:
+    def _warm_starts(self, config: Any, sequence: Sequence) -> Iterator[list[float]]:
         """
-        Start anew at each stretch of :func:`restarts_of`; yield its first frame, and J of all.
+        Give the true box at every tenth frame that shows a person; yield J from there on.
 
-        :param warm: whether the pipeline also sees the frames before, from the clip's first one.
+        The pipeline has seen the frames before, and the box has the ambiguous rim.
         """
-        single = self._suited(config, 1, auto=False)
-        for numbers, box in restarts_of(sequence):
-            first = numbers[0]
-            before = [number for number in sequence.frames if warm and number < first]
-            outcomes = self._run(single, sequence, [*before, *numbers], {first: (box,)})
-            scored = [each for each in outcomes if each.number >= first]
-            yield first, [each.score.j for each in scored if each.score is not None]
+        single, numbers = self._suited(config, 1, auto=False), sequence.numbers
+        places = range(0, len(numbers) - WARM_LEAST, WARM_EVERY)
+        for place in _shown(places, f'{sequence.name} warm', len(places)):
+            first = numbers[place]
+            truth = sequence.truth(first)
+            box = None if truth is None else start_box(truth)
+            if box is not None:
+                seen = [each for each in sequence.frames if each < first]
+                seen += numbers[place : place + WARM_FRAMES]
+                outcomes = self._run(single, sequence, seen, {first: (box,)})
+                scored = [each.score for each in outcomes if each.number >= first]
+                yield [score.j for score in scored if score is not None]
 
     def _suited(self, config: Any, slots: int, *, auto: bool) -> Any:
         """Return a configuration with a number of slots (0 as it is) that starts by itself."""

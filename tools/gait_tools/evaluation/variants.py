@@ -121,7 +121,6 @@ def write_variant(sequence: Sequence, kind: str, folder: Path, maps: str = '') -
     :param kind: one of :data:`KINDS`.
     :param maps: folder of heat maps beside the frames of the sequence; made of its truth without.
     :returns: which heat maps it has, as ``gait_evaluate --heat-map`` says it; empty if none.
-    :raises SequenceError: if something cannot be read or written.
     """
     folder.mkdir(parents=True)
     for each in sequence.folder.iterdir():

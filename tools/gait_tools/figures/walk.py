@@ -88,8 +88,6 @@ def open_walk(path: Path, box: Box | None, **reading: Any) -> Walk:
         that of the sequence folder.
     :param reading: what of a film, folder of images or bag is read, and how: as of
         :func:`gait_segmentation.inputs.open_input`.
-    :raises SequenceError: if it cannot be read or has no box.
-    :raises ConfigError: if ``reading`` is given with a sequence folder.
     """
     if (path / 'sequence.yaml').exists():
         if reading:
@@ -119,11 +117,7 @@ def _sequence(sequence: Sequence, box: Box | None) -> Walk:
 
 
 def _phases(sequence: Sequence) -> dict[int, float]:
-    """
-    Return the true phases by frame number, none if ``sequence.yaml`` does not say them.
-
-    :raises SequenceError: if they are no numbers, or not as many as frames.
-    """
+    """Return the true phases by frame number, none if ``sequence.yaml`` does not say them."""
     path, values = sequence.folder / 'sequence.yaml', sequence.about.get('phases')
     if values is None:
         return {}

@@ -77,11 +77,7 @@ FIGURES = ('average', 'rucksack', 'dress', 'coat', 'stout', 'slim')
 
 
 def named_build(build: str | Build) -> Build:
-    """
-    Return a build by name; a build is passed through.
-
-    :raises BankError: for an unknown name.
-    """
+    """Return a build by name; a build is passed through."""
     if isinstance(build, Build):
         return build
     if build not in BUILDS:

@@ -22,11 +22,7 @@ DIRECTIONS = 64
 
 @dataclass(frozen=True)
 class BankSpec(StageConfig):
-    """
-    What a bank of the gait model holds: builds x azimuths sequences of ``phases`` templates.
-
-    :raises ConfigError: if a value is outside what its field allows.
-    """
+    """What a bank of the gait model holds: builds x azimuths sequences of ``phases`` templates."""
 
     height: int = parameter(96, 'Rows of a template.', unit='px', minimum=LEAST_SIDE, maximum=512)
     width: int = parameter(
@@ -72,7 +68,6 @@ def build_bank(
     :param spec: what it holds; the defaults, which are the standard bank, if None.
     :param progress: called after each sequence, of the bank and of the finer views.
     :returns: a bank whose sequences are ordered by build, then azimuth.
-    :raises BankError: if a build is unknown.
     """
     spec = BankSpec() if spec is None else spec
     bank = draw_views(spec, progress)

@@ -95,7 +95,6 @@ def find_step(registered: NDArray[np.uint8], profile: bool = True) -> float:
     :param profile: whether the walker is seen from the side, so that the two halves of a stride
         look alike; else the silhouettes repeat only after a whole stride.
     :returns: frames a step; a stride is two steps.
-    :raises BankError: if the sequence is shorter than a stride or nothing in it repeats.
     """
     longest = min(2 * LONGEST_STEP, len(registered) - 4)
     if longest < 2 * SHORTEST_STEP:
@@ -149,7 +148,6 @@ def find_contacts(registered: NDArray[np.uint8], step: float) -> Cycle:
 
     :param registered: (N, rows, columns) uint8.
     :param step: frames a step.
-    :raises BankError: if there are fewer than three, which is one stride.
     """
     width = smooth(step_width(registered), step / 8)
     frames = np.arange(len(width))
@@ -189,7 +187,6 @@ def cycle_templates(
     :param phases: number of phases.
     :param first: phase of the first heel contact.
     :returns: (phases, rows, columns) uint8, soft where strides differ.
-    :raises BankError: if a phase is not in the sequence.
     """
     frames = np.arange(len(registered), dtype=np.float64)
     phase = cycle.phase(frames, first)

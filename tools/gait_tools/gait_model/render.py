@@ -218,7 +218,6 @@ class Drawing:
             elevation) ``height_px / 2`` below the middle row at every phase.
         :param fill: share of the rows the body takes.
         :param shift: (right, down) displacement in pixels, for positions between pixels.
-        :raises BankError: for an unknown build or a size that is not positive.
         """
         if not (math.isfinite(height_px) and height_px > 0):
             raise BankError(f'height_px must be a positive number of pixels, got {height_px!r}')

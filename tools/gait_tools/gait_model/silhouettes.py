@@ -45,8 +45,6 @@ def read_silhouettes(folder: str | os.PathLike[str]) -> NDArray[np.uint8]:
 
     :param folder: folder of images; grey values of 128 and more are the person.
     :returns: (N, height, width) uint8 0/255.
-    :raises BankError: if there are no silhouettes, an image cannot be read, is white up to its
-        corners or empty between others, or sizes differ otherwise.
     """
     images = read_masks(folder)
     paths = [path for path, _ in images]
@@ -72,7 +70,6 @@ def read_masks(folder: str | os.PathLike[str]) -> list[tuple[Path, NDArray[np.ui
 
     :param folder: folder of images; grey values of 128 and more are the person.
     :returns: the file and the mask, (height, width) uint8 0/255, of each; none is empty.
-    :raises BankError: if there are none, an image cannot be read, or is white up to its corners.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -191,7 +188,6 @@ def bank_from_silhouettes(
     :param average: make one sequence of all that walk in the same direction, to whole degrees,
         which is the mean of their templates, as in the standard gait model of the paper.
     :param progress: called after each sequence.
-    :raises BankError: if there is no sequence, or one is too short or shows no period.
     """
     spec = BankSpec() if spec is None else spec
     if not sequences:
