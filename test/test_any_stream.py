@@ -83,7 +83,10 @@ def test_a_reset_leaves_nothing_of_what_was(name: str) -> None:
     pipe.add_heat_map(film[0].masks[0], film[-1].stamp_ns)
     pipe.reset()
     # Threads and networks may be used again.
-    assert differences(*(remembered(each, '_pool', '_networks') for each in (pipe, fresh))) == []
+    assert (
+        differences(*(remembered(each, 'pools', '_pool', '_networks') for each in (pipe, fresh)))
+        == []
+    )
 
 
 @pytest.mark.parametrize('name', CONFIGS)

@@ -42,7 +42,7 @@ class Lookout:
     """
     Decides which frames the networks look at, and has them look.
 
-    In lockstep they look at once, so that every run gives the same bits.  With a thread of its own
+    In lockstep they look at once, so that every run gives the same bits.  With threads of its own
     no frame waits for them: they look at the newest frame when they have done with the last one,
     and what they saw comes some frames late.
     """
@@ -63,7 +63,11 @@ class Lookout:
         """
         self._config = config or DetectorConfig()
         self._networks = networks
-        self.pool = ThreadPoolExecutor(1, 'lookout', _give_way) if threaded else None
+        self._lock = threading.Lock()
+        self.pools: tuple[ThreadPoolExecutor, ThreadPoolExecutor] | None = None
+        if threaded:
+            # While somebody is missing, frames have less to lose by it.
+            self.pools = ThreadPoolExecutor(1, 'calm', _give_way), ThreadPoolExecutor(1, 'urgent')
         self._clock = clock
         self._blind = False
         self.reset()
@@ -111,15 +115,16 @@ class Lookout:
         if due:
             self._last_ns = stamp_ns
         fresh, self._fresh = self._fresh, False
-        if self.pool is None:
+        if self.pools is None:
             self.newest = self._sighting(image, stamp_ns, due, fresh)
             return self.newest
-        self._running = self.pool.submit(self._tried, image, stamp_ns, due, fresh)
+        self._running = self.pools[urgent].submit(self._tried, image, stamp_ns, due, fresh)
         return seen
 
     def _tried(self, image: NDArray[np.uint8], stamp_ns: int, due: bool, fresh: bool) -> Sighting:
         try:
-            return self._sighting(image, stamp_ns, due, fresh)
+            with self._lock:
+                return self._sighting(image, stamp_ns, due, fresh)
         except GaitSegmentationError as error:
             self._blind = self._networks is None
             return Sighting(stamp_ns, None, error=str(error))

@@ -94,6 +94,13 @@ class Track(ABC):
         """Return the box of the whole body in source pixels, in the frame of the body."""
         return self.pose.box.scaled(1 / self.view.scale)
 
+    def boxes_at(self, stamp_ns: int) -> tuple[Box, Box]:
+        """Return the boxes of the body and of what can be seen in the kept frame nearest to it."""
+        state = min(self.states, key=lambda each: abs(each.frame.image.stamp_ns - stamp_ns))
+        (x, y), (now_x, now_y) = state.displacement, self.displacement
+        dx, dy = (x - now_x) / self.view.scale, (y - now_y) / self.view.scale
+        return self.body.shifted(dx, dy), self.box.shifted(dx, dy)
+
     @property
     def is_inside(self) -> bool:
         """Return whether the box about the body is all inside of the image."""

@@ -45,6 +45,9 @@ from gait_segmentation.tracking.mean_shift import MeanShiftTrack
 from gait_segmentation.tracking.pose import WIDEST
 from gait_segmentation.tracking.track import SAME_PERSON, Track
 
+_LATEST_NS = 400_000_000
+"""Time after which it is no longer known who was where when the detector looked."""
+
 _MOST_APART = 1.5
 """Ratio of the scales of people who share a view."""
 
@@ -192,22 +195,23 @@ class PeopleTracker:
             # No view has followed the place meanwhile.
             self._scene = Scene(source)
         self._stamp_ns = stamp_ns
-        sighting = self._starter.look(image, stamp_ns, self._known())
+        sighting = self._starter.look(image, stamp_ns, self._known(stamp_ns))
         if sighting is not None and sighting.heat_map is not None:
             self.add_heat_map(sighting.heat_map, sighting.stamp_ns)
         heat = self._heat_maps.newest(image, stamp_ns, self._config.heat_map_age)
         self._predict(self._scene, image, heat)
+        if sighting is not None and stamp_ns - sighting.stamp_ns > _LATEST_NS:
+            sighting = None
         if sighting is not None and sighting.people is not None:
             for track in self.tracks():
-                lost = track.state == LOST
-                track.attendance.add(sighting.people, (track.body, track.box), lost=lost)
+                there, lost = track.boxes_at(sighting.stamp_ns), track.state == LOST
+                track.attendance.add(sighting.people, there, lost=lost)
         boxes, self._boxes = self._boxes, []
         self._given = self._given or bool(boxes)
         # Before the boxes: what the camera saw until now tells what in them is the person.
         at_first = bool(boxes) and not self._scene.views
-        found = self._starter.propose(
-            self._scene, heat, sighting, self._known(), at_first=at_first
-        )
+        known = self._known(stamp_ns if sighting is None else sighting.stamp_ns)
+        found = self._starter.propose(self._scene, heat, sighting, known, at_first=at_first)
         started: set[int] = set()
         for box in boxes:
             slot = self._slot_for(box, started)
@@ -331,8 +335,8 @@ class PeopleTracker:
         confidences = [0.0 if each is None else each.confidence for each in self._slots]
         return min(overlap or range(len(self._slots)), key=lambda slot: confidences[slot])
 
-    def _known(self) -> Known:
-        """Return whom the starter need not look for."""
+    def _known(self, seen_ns: int) -> Known:
+        """Return whom the starter need not look for; what can be seen is that of a stamp."""
         tracks = self.tracks()
         tracked = [track for track in tracks if track.state == TRACKED]
         bodies: dict[bool, list[Box]] = {False: [], True: []}
@@ -344,7 +348,7 @@ class PeopleTracker:
         return Known(
             tuple(bodies[False]),
             tuple(bodies[True]),
-            tuple(box for track in tracked for box in (track.body, track.box)),
+            tuple(box for track in tracked for box in track.boxes_at(seen_ns)),
             len(tracks) - len(tracked),
             any(track.attendance.silent for track in tracks),
             self._given,

@@ -79,7 +79,8 @@ def test_after_a_reset_the_next_frame_is_looked_at_whatever_its_stamp():
 
 def done(lookout):
     """Wait for what the thread does."""
-    lookout.pool.submit(int).result(30)
+    for pool in lookout.pools:
+        pool.submit(int).result(30)
 
 
 def test_no_frame_waits_for_a_thread_of_its_own():

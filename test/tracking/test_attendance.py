@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import pytest
 
-from gait_segmentation.detector.lookout import Lookout
+from gait_segmentation.detector.lookout import Lookout, Sighting
 from gait_segmentation.detector.networks import Networks
 from gait_segmentation.detector.person_detector import Detection
 from gait_segmentation.geometry import Box
@@ -103,3 +103,39 @@ def test_without_a_detector_nothing_is_asked():
     track = Told(1, 'walk', lookout=lookout)
     for _ in range(3):
         track.see(*picture([]))
+
+
+class Late(Lookout):
+    """Says so many frames later what was there."""
+
+    def __init__(self, frames):
+        super().__init__(networks=Networks(lambda image: []))
+        self._frames, self._seen = frames, []
+
+    def see(self, figure, stamp_ns):
+        self._seen.append(Sighting(stamp_ns, (Detection(figure.box, 0.9),)))
+
+    def look(self, image, stamp_ns, *, boxes=True, urgent):
+        return self._seen[-1 - self._frames] if len(self._seen) > self._frames else None
+
+
+@pytest.mark.parametrize(('frames', 'found'), [(0, True), (8, True), (20, False)])
+def test_what_is_said_late_is_of_where_people_were_then(frames, found):
+    lookout = Late(frames)
+    track = Told(2, 'detector', lookout=lookout)
+    for figure in walk(Figure(60), 60):
+        lookout.see(figure, track.stamp_ns)
+        results = track.show(figure)
+        if frames and not track.tracker.tracks():
+            # Whoever is found late is where they were; here they are told.
+            track.start(figure)
+    states = [each.state for each in results]
+    assert states == ['tracked', 'empty']
+    assert results[0].track_id == 1
+    assert not track.tracker.tracks()[0].attendance.silent
+    unknown = Told(1, 'detector', lookout=lookout)
+    lookout._seen.clear()
+    for _ in range(30):
+        lookout.see(Figure(60), unknown.stamp_ns)
+        (result,) = unknown.show(Figure(60))
+    assert (result.state == 'tracked') == found
