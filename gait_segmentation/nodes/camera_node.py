@@ -20,7 +20,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import claimed_shape, read_image
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
-from gait_segmentation.ros.endpoints import BEST_EFFORT, LATCHED, subscribe
+from gait_segmentation.ros.endpoints import BEST_EFFORT, LATCHED
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import detection_types
 from gait_segmentation.starting import StartingConfig
@@ -88,7 +88,9 @@ class CameraNode(GaitNode):
         camera = self.parameters.get(CameraConfig)
         image = read_image(message, camera.max_pixels, camera.sample_bits)
         stamp_ns = stamp_of(message.header)
-        self.enter(stamp_ns)
+        if self.enter(stamp_ns):
+            # Start from the initial box again, as in a bag that loops.
+            self.intake.arm()
         self.intake.take(image, stamp_ns)
         seen = self._lookout.newest
         if seen is not None and seen.error:
@@ -108,25 +110,22 @@ class CameraNode(GaitNode):
         self.tracks = ()
         self._expect_maps()
 
-    def stand_by(self) -> None:
-        """Drop the boxes that wait for the next frame."""
+    def reset(self) -> None:
+        """Drop the boxes that wait for the next frame, too."""
+        super().reset()
         self.intake.drop_requests()
-
-    def time_was_reset(self) -> None:
-        """Start from the initial box again, as in a bag that loops."""
-        self.intake.arm()
 
     def _expect_maps(self) -> None:
         self.maps = MapIntake(self.stage.add_heat_map, self.warnings.warn)
 
     def connect(self) -> None:
         """Subscribe to first boxes and heat maps, and to the camera."""
-        subscribe(self, RegionOfInterest, 'init_roi', self._start)
+        self.subscribe(RegionOfInterest, 'init_roi', self._start)
         types = detection_types()
         if types is not None:
-            subscribe(self, types.Detection2DArray, 'detections', self._detected)
+            self.subscribe(types.Detection2DArray, 'detections', self._detected)
         # Best effort, which takes messages of every publisher; one that is lost is no harm.
-        subscribe(self, Image, 'heat_map', self._heat_map, BEST_EFFORT)
+        self.subscribe(Image, 'heat_map', self._heat_map, BEST_EFFORT)
         super().connect()
 
     def status(self) -> dict[str, str]:

@@ -28,7 +28,7 @@ from gait_segmentation.localization import (
 )
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult
-from gait_segmentation.ros.endpoints import BEST_EFFORT, subscribe
+from gait_segmentation.ros.endpoints import BEST_EFFORT
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.outputs import Outputs, Seen, people_topics, seen
 from gait_segmentation.ros.running import run_node
@@ -68,14 +68,13 @@ class LocalizerNode(GaitNode):
         self._info: CameraInfo | None = None
         self._depths: deque[Image] = deque(maxlen=DEPTH)
         self._tf: tuple[Any, type[Exception]] | None = None
-        self._depth_unused = self._located_text = self._trouble = ''
-        self._located = False
+        self._depth_unused = self._located_text = self.trouble = ''
 
     def connect(self) -> None:
         """Subscribe, until the deactivation."""
         self._depths.clear()
-        subscribe(self, CameraInfo, 'camera_info', self._calibrated, BEST_EFFORT)
-        subscribe(self, Image, 'depth', lambda message: self._depths.append(message), BEST_EFFORT)
+        self.subscribe(CameraInfo, 'camera_info', self._calibrated, BEST_EFFORT)
+        self.subscribe(Image, 'depth', lambda depth: self._depths.append(depth), BEST_EFFORT)
         if self.parameters.get(LocalizerNodeConfig).ground_frame:
             self._listen()
         super().connect()
@@ -95,13 +94,12 @@ class LocalizerNode(GaitNode):
             why = str(error)
         found = sum(location is not None for location in locations)
         self._located_text = shortened(f'{found} of {people}' + (f', {why}' if why else ''))
-        self._located = self._located or found > 0
         if why:
             self.warnings.warn('located', f'located: {self._located_text}')
             # Which the log says by itself.
             unused = f'; a depth image is not used: {self._depth_unused}'
             self._located_text += unused * bool(self._depth_unused)
-            self._trouble = f'located: {self._located_text}'
+        self.trouble = f'located: {self._located_text}' if why and not found else ''
         self._results.publish_made(header, seen, matches, masks, locations)
 
     def process_unusable(self, frame: Parts) -> None:
@@ -117,14 +115,6 @@ class LocalizerNode(GaitNode):
             'located': self._located_text or 'no frame yet',
             'location errors': str(self.stage.failures),
         }
-
-    def trouble(self) -> str:
-        """Say why no person was located since this was last asked, empty if one was."""
-        if self.stage is None:
-            return ''
-        trouble = '' if self._located else self._trouble
-        self._trouble, self._located = '', False
-        return trouble
 
     def _locate(
         self,

@@ -5,9 +5,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +52,7 @@ class PipelineNode(CameraNode):
         kinds = TrackingConfig, MatchingConfig, SegmentationConfig, PeopleConfig, StartingConfig
         config = PipelineConfig(*map(self.parameters.get, kinds))
         self.stage = Pipeline(config, self.bank, lookout=self.make_lookout())
+        self.parts = self.stage.tracker, self.stage.matcher, self.stage.segmenter
         self.make_intake()
         self._held: HeldFrames[tuple[NDArray[np.uint8], Header]] = HeldFrames()
         self._likelihood: tuple[int, ...] = (0, 0)
@@ -61,11 +60,6 @@ class PipelineNode(CameraNode):
         self._match = Outputs(self, match_topics(self.slots))
         self._segmentation = Outputs(self, mask_topics(self.slots))
         self._debug = Outputs(self, picture_topics())
-
-    def configured(self) -> Sequence[tuple[Any, str]]:
-        """Return where the configurations are."""
-        stages = self.stage.tracker, self.stage.matcher, self.stage.segmenter
-        return [(self.stage.tracker, 'starting'), *((each, 'config') for each in stages)]
 
     def finish(self) -> None:
         """Publish what the lag holds back."""

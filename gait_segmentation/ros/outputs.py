@@ -153,14 +153,10 @@ def mask_topics(slots: int) -> Table:
     }
 
 
-def picture_topics(before: str = '') -> Table:
-    """
-    Return the outputs of a picture for people, (H, W, 3) uint8 BGR.
-
-    :param before: what nodes whose pictures are not the final ones put before the name.
-    """
+def picture_topics() -> Table:
+    """Return the outputs of a picture for people, (H, W, 3) uint8 BGR."""
     return {
-        f'{before}debug_image{suffix}': Output(kind, _IMAGES[kind])
+        f'debug_image{suffix}': Output(kind, _IMAGES[kind])
         for suffix, kind in (('', Image), ('/compressed', CompressedImage))
     }
 

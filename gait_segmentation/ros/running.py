@@ -13,14 +13,12 @@ import signal
 import sys
 import tempfile
 from collections.abc import Iterator, Sequence
-from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
 import cv2
 import rclpy
 import yaml
-from rclpy.clock import Clock, ClockType
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.utilities import remove_ros_args
 
@@ -29,15 +27,12 @@ from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.shared_memory import remove_dead_segments
 from gait_segmentation.streams.config import CameraConfig, unused
 
-_TURN_S, _HANGS_S = 2.0, 20.0
-"""How often a node says that it lives, and time without after which its process ends."""
-
 _LONGEST_S = 4.0
 """Time that closing may take: a call into the DDS may block for ever."""
 
 _EPILOG = """\
-exit code: 0, also after Ctrl-C; 1 if the node cannot be started, or if it
-hung, with the stacks of its threads; 2 if the command line is wrong
+exit code: 0, also after Ctrl-C; 1 if the node cannot be started; 2 if the
+command line is wrong
 
 examples (after colcon build with "ros2 run gait_segmentation" in front)
   %(prog)s --ros-args -r {remap}
@@ -108,9 +103,6 @@ def _spin(node: GaitNode) -> None:
     """
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    # The thread that ends a process that hangs needs no lock of the interpreter's.
-    watch = partial(faulthandler.dump_traceback_later, _HANGS_S, exit=True, file=2)
-    node.create_timer(_TURN_S, watch, clock=Clock(clock_type=ClockType.STEADY_TIME))
     while node.context.ok():
         try:
             executor.spin()

@@ -29,9 +29,8 @@ class NodeConfig(StageConfig):
         read_only=True,
     )
     backlog: int = parameter(
-        10,
-        'Frames that may wait. When more come, all but the newest are dropped, and only one waits '
-        'until the node has caught up.',
+        5,
+        'Frames that may wait. When more come, all but the newest are dropped.',
         unit='frames',
         minimum=1,
         maximum=1000,
@@ -190,6 +189,9 @@ NODES = tuple(
 )
 """The nodes of this package, which one parameter file may serve."""
 
+_STAGES = ('detector', 'localization', 'matching', 'segmentation', 'starting', 'tracking')
+"""What the parameters of their stages begin with."""
+
 
 def sections_of(content: Any, path: str = '') -> Iterator[tuple[str, dict[str, Any]]]:
     """
@@ -232,7 +234,8 @@ def misnamed(given: Iterable[str], known: Collection[str]) -> dict[str, str]:
     Return which parameters given to a node are probably meant to be others that it has.
 
     Those of other nodes are no mistake, as one file may serve all: only what claims to be of a
-    stage of the node, or what nearly has the name of a parameter or of a stage.
+    stage of the node, or what nearly has the name of a parameter or of a stage, or has that of a
+    parameter behind another prefix, or none, where no node has such a one.
 
     :param given: names.
     :param known: names of the parameters the node has.
@@ -243,11 +246,13 @@ def misnamed(given: Iterable[str], known: Collection[str]) -> dict[str, str]:
         stage, _, own = name.rpartition('.')
         stages.setdefault(stage, []).append(own)
     found = {}
-    for name in given:
+    for name in {*given} - {*known}:
         stage, _, own = name.rpartition('.')
         meant = stage if stage in stages else _most_alike(stage, stages)
         alike = _most_alike(own, stages.get(meant, ())) if meant or not stage else ''
-        if name not in known and (alike or (stage and stage in stages)):
+        if not alike and stage not in _STAGES and not name.startswith('qos_overrides.'):
+            meant, alike = next(((s, own) for s in stages if own in stages[s]), ('', ''))
+        if alike or (stage and stage in stages):
             found[name] = qualified(meant, alike) if alike else ''
     return found
 

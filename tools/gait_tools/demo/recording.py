@@ -120,8 +120,8 @@ class Recording(Listener):
     def dropped(self) -> dict[str, int]:
         """Return how many frames each node says it has dropped, of those that have."""
         with self.lock:
-            skipped = {name: int(said.get('skipped', 0)) for name, said in self.status.items()}
-        return {name: count for name, count in sorted(skipped.items()) if count}
+            dropped = {name: int(said.get('dropped', 0)) for name, said in self.status.items()}
+        return {name: count for name, count in sorted(dropped.items()) if count}
 
     def result(self, number: int) -> FrameResult:
         """Return what the nodes said of a frame that was answered."""
