@@ -113,7 +113,7 @@ class CameraNode(GaitNode):
     def reset(self) -> None:
         """Drop the boxes that wait for the next frame, too."""
         super().reset()
-        self.intake.drop_requests()
+        self.intake.requested.clear()
 
     def _expect_maps(self) -> None:
         self.maps = MapIntake(self.stage.add_heat_map, self.warnings.warn)

@@ -30,7 +30,7 @@ from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.endpoints import BEST_EFFORT
 from gait_segmentation.ros.lifecycle import GaitNode
-from gait_segmentation.ros.outputs import Outputs, Seen, people_topics, seen
+from gait_segmentation.ros.outputs import Outputs, people_topics, seen
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.streams.config import LocalizerNodeConfig
 from gait_segmentation.streams.fields import DEPTH, Parts, read_match, slot_topic, stamp_of
@@ -104,7 +104,7 @@ class LocalizerNode(GaitNode):
 
     def process_unusable(self, frame: Parts) -> None:
         """Publish empty results."""
-        self._results.publish(Seen(), frame[slot_topic(0, 'mask')].header)
+        self._results.publish(([], [None] * self.slots), frame[slot_topic(0, 'mask')].header)
 
     def status(self) -> dict[str, str]:
         """Report how many people of the last frame are located, and why not all of them are."""
