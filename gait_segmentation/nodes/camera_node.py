@@ -129,26 +129,25 @@ class CameraNode(GaitNode):
         super().connect()
 
     def status(self) -> dict[str, str]:
-        """Report the track of each slot, and whether heat maps come."""
+        """Report the track of each slot, what the detector sees, and whether heat maps come."""
+        found, sees, maps = {}, 'none', 'none'
         tracks = self.tracks if self.stage is not None else ()
-        found = {}
         for slot, track in enumerate(tracks):
             known = f'{track.track_id} {track.state} {100 * track.confidence:.0f} %'
             told = track.state if track.state == EMPTY else known
             why = f', {track.reason}' if track.reason else ''
             found[f'track of {slot_name(slot)}'] = told + why
-        tracked = sum(track.track_id != 0 for track in tracks)
-        maps = {'heat map': 'in use' if self.stage is not None and self.maps.in_use else 'none'}
-        sees = {'detector': self._sees() if self.stage is not None else 'none'}
-        return {**super().status(), 'people': str(tracked), **found, **sees, **maps}
-
-    def _sees(self) -> str:
-        seen = self._lookout.newest
-        if seen is None:
-            return 'has not looked'
-        if seen.people is None:
-            return seen.error or 'draws a map'
-        return f'sees {len(seen.people)}, {1e3 * seen.seconds:.0f} ms'
+        if self.stage is not None:
+            maps = 'in use' if self.maps.in_use else 'none'
+            seen, sees = self._lookout.newest, 'has not looked'
+            if seen is not None:
+                sees = seen.error or 'draws a map'
+                if seen.people is not None:
+                    sees = f'sees {len(seen.people)}, {1e3 * seen.seconds:.0f} ms'
+        people = str(sum(track.track_id != 0 for track in tracks))
+        return {
+            **super().status(), 'people': people, **found, 'detector': sees, 'heat map': maps,
+        }  # fmt: skip
 
     def _start(self, message: RegionOfInterest) -> None:
         try:

@@ -42,7 +42,9 @@ class Diagnostics:
         node.create_timer(1.0, self.report, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def report(self) -> None:
-        """Publish a report."""
+        """Publish a report, or raise in the executor's thread what has ended the worker's."""
+        if self._node.failure is not None:
+            raise self._node.failure
         now_s = time.monotonic()
         self._publisher.publish(self.message(now_s, self._now(), self._missing(now_s)))
 

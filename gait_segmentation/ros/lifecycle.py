@@ -7,7 +7,6 @@ from __future__ import annotations
 import time
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from copy import copy
 from functools import partial
 from typing import Any, ClassVar
@@ -19,7 +18,6 @@ from rclpy.event_handler import (
     QoSRequestedIncompatibleQoSInfo,
     SubscriptionEventCallbacks,
 )
-from rclpy.exceptions import InvalidHandle
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.publisher import Publisher
 from rclpy.qos import (
@@ -59,7 +57,7 @@ def _transition(
     what: str,
     action: Callable[[Any], None],
     state: str,
-    undo: Callable[[Any], None] | None = None,
+    undo: Callable[[Any], None] = lambda node: None,
 ) -> Callable[[Any, LifecycleState], TransitionCallbackReturn]:
     """Return a callback of the life cycle that logs what fails, which rclpy would swallow."""
 
@@ -69,8 +67,7 @@ def _transition(
         except Exception as error:  # Whatever it is, the node goes on without.
             if node.context.ok():
                 node.get_logger().error(f'{what} failed: {type(error).__name__}: {error}')
-            if undo is not None:
-                undo(node)
+            undo(node)
             return TransitionCallbackReturn.FAILURE
         node.state = state
         return _SUCCESS
@@ -143,12 +140,8 @@ class GaitNode(LifecycleNode):
 
         self._stamps = Stamps()
         self._worker: Worker | None = None
-        self.failure: BaseException | None = None
-        """What has ended the worker."""
-
         groups = [('', NodeConfig), *self.groups]
         self.parameters = NodeParameters(self, groups, changed=self._parameters_changed)
-        self._alarm = self.create_guard_condition(self._raise_failure)
         # As many requests may come at a time as to the services of parameters.
         many = {'qos_profile': qos_profile_parameters}
         self.create_service(SetBool, '~/enable', self._enable, **many)
@@ -209,6 +202,11 @@ class GaitNode(LifecycleNode):
     def slots(self) -> int:
         """Return how many people there may be."""
         return self.parameters.get(PeopleConfig).max_people
+
+    @property
+    def failure(self) -> BaseException | None:
+        """Return what has ended the worker: the node is no use any more."""
+        return None if self._worker is None else self._worker.failure
 
     def output(self, kind: Any, topic: str, profile: QoSProfile = BETWEEN_NODES) -> Any:
         """Make a publisher that lives until the clean-up."""
@@ -316,7 +314,7 @@ class GaitNode(LifecycleNode):
                 self.bank = open_bank(self.parameters.get(BankConfig).bank)
             compile_kernels(*self.packages)
         self.build()
-        self._worker = Worker(config.backlog, self._work, self._worker_failed)
+        self._worker = Worker(config.backlog, self._work)
 
     def _activate(self) -> None:
         self.connect()
@@ -412,17 +410,6 @@ class GaitNode(LifecycleNode):
             self.process_unusable(frame)
         now_s = time.monotonic()
         self.statistics.finished(now_s - arrived_s, now_s)
-
-    def _worker_failed(self, error: BaseException) -> None:
-        self.failure = error
-        # Which is over if the node was closed meanwhile.
-        with suppress(InvalidHandle):
-            self._alarm.trigger()
-
-    def _raise_failure(self) -> None:
-        """End the process, in the executor's thread: a node whose worker died is no use."""
-        if self.failure is not None and self.context.ok():
-            raise self.failure
 
     # Services and parameters.
 

@@ -19,18 +19,13 @@ class Worker:
     up, answers are late by less than a full queue, and that not for ever.
     """
 
-    def __init__(
-        self, limit: int, work: Callable[[Any], None], failed: Callable[[BaseException], None]
-    ) -> None:
-        """
-        Start the thread.
-
-        :param limit: frames that may wait; ``work`` gets every frame, ``failed`` an error that
-            ends the thread.
-        """
+    def __init__(self, limit: int, work: Callable[[Any], None]) -> None:
+        """Start the thread: ``work`` gets every frame, of which ``limit`` may wait."""
         self.limit = limit
+        self.failure: BaseException | None = None
+        """An error that has ended the thread."""
+
         self._work = work
-        self._failed = failed
         self._frames: deque[Any] = deque()
         self._calls: deque[tuple[str, Callable[[], None]]] = deque()
         self._changed = threading.Condition()
@@ -96,6 +91,6 @@ class Worker:
         try:
             while (do := self._next()) is not None:
                 do()
-        except Exception as error:  # Handed on to the thread that can end the process.
+        except Exception as error:  # For the thread that can end the process.
+            self.failure = error
             self._close()
-            self._failed(error)

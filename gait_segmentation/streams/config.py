@@ -112,11 +112,7 @@ class StartConfig(StageConfig):
         self.box()
 
     def box(self) -> Box | None:
-        """
-        Return the box, None if there is none.
-
-        :raises ConfigError: if the numbers make none.
-        """
+        """Return the box, None if there is none."""
         try:
             return Box(*self.initial_box) if any(self.initial_box) else None
         except InputError as error:
@@ -194,11 +190,7 @@ _STAGES = ('detector', 'localization', 'matching', 'segmentation', 'starting', '
 
 
 def sections_of(content: Any, path: str = '') -> Iterator[tuple[str, dict[str, Any]]]:
-    """
-    Yield what a ROS parameter file says to nodes: name, without namespace, and parameters.
-
-    :param content: of the file, as YAML has it.
-    """
+    """Yield what a ROS parameter file says to nodes: name, without namespace, and parameters."""
     if isinstance(content, dict):
         given = content.get('ros__parameters')
         if isinstance(given, dict):
@@ -208,11 +200,7 @@ def sections_of(content: Any, path: str = '') -> Iterator[tuple[str, dict[str, A
 
 
 def unused(content: Any, *names: str) -> str:
-    """
-    Say why nothing in a ROS parameter file is for a node of this package, empty if something is.
-
-    :param names: what the nodes are called besides their own names.
-    """
+    """Say why a ROS parameter file sets nothing in our nodes, or in such of these names."""
     ours = {*NODES, '*', '**', *names}
     if any(name in ours for name, _ in sections_of(content)):
         return ''
@@ -234,11 +222,9 @@ def misnamed(given: Iterable[str], known: Collection[str]) -> dict[str, str]:
     Return which parameters given to a node are probably meant to be others that it has.
 
     Those of other nodes are no mistake, as one file may serve all: only what claims to be of a
-    stage of the node, or what nearly has the name of a parameter or of a stage, or has that of a
-    parameter behind another prefix, or none, where no node has such a one.
+    stage of the node, what nearly has the name of a parameter or of a stage, or what has that of
+    a parameter behind a prefix that no node has, or none.
 
-    :param given: names.
-    :param known: names of the parameters the node has.
     :returns: from each such name to the most similar one, empty if none is.
     """
     stages: dict[str, list[str]] = {}

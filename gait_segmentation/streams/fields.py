@@ -11,7 +11,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
@@ -48,11 +48,7 @@ def slot_topic(slot: int, name: str) -> str:
 
 
 def slot_topics(kinds: Mapping[str, Kind], slots: int) -> dict[str, Kind]:
-    """
-    Return the message types of all slots by topic.
-
-    :param kinds: those of one slot by name.
-    """
+    """Return the message types of all slots by topic, given those of one by name."""
     return {slot_topic(slot, name): kind for slot in range(slots) for name, kind in kinds.items()}
 
 
@@ -69,11 +65,7 @@ def track_corners(track: TrackResult) -> Corners:
 
 
 def matched_corners(match: MatchResult) -> Corners:
-    """
-    Return what ``matched_box`` says: the tracked box where the path places it.
-
-    It is turned about its centre as the tracked box is.
-    """
+    """Return what ``matched_box`` says: the tracked box, turned as it is, where the path is."""
     if match.body is None or match.placed is None:
         return ()
     return match.body.corners(match.placed.width)
@@ -85,11 +77,7 @@ def refined_corners(match: MatchResult) -> Corners:
 
 
 def gait_joints(match: MatchResult) -> tuple[tuple[Any, ...], ...]:
-    """
-    Return what ``gait`` says of a match: names, positions, velocities and efforts of its joints.
-
-    All are empty if no person is tracked.
-    """
+    """Return names, positions, velocities and efforts of the joints of ``gait``, if any."""
     if match.body is None:
         return (), (), (), ()
     turn = 2 * math.pi
@@ -151,42 +139,25 @@ def read_box(message: Any) -> tuple[Box | None, float]:
 
 
 def read_body(message: Any) -> BodyFrame | None:
-    """
-    Return the body a matched box stands for, None if no person is tracked.
-
-    :raises InputError: see :func:`points_of`; also if the rectangle has no size.
-    """
+    """Return the body a matched box stands for, None if no person is tracked; see above."""
     points = points_of(message)
     return BodyFrame.from_corners(points)[0] if points else None
 
 
-class Gait(NamedTuple):
-    """
-    What a gait message says.
-
-    ``phase`` is in strides [0, 1), ``rate`` in strides per second, ``azimuth`` in radians and
-    ``similarity``, of the matched template with the likelihood, in 0..1.
-    """
-
-    phase: float
-    rate: float
-    azimuth: float
-    similarity: float
-
-
-def read_gait(message: Any) -> Gait:
+def read_gait(message: Any) -> tuple[float, float, float, float]:
     """
     Return what a gait message says; all is 0 if it has no joints.
 
     A message without efforts does not say how similar the template is: 1 is taken.
 
+    :returns: phase in strides [0, 1), its rate in strides per second, azimuth in radians, and the
+        similarity of the matched template with the likelihood, in 0..1.
     :raises InputError: if joints are missing or have no position, or a number is not finite.
     """
     if not message.name:
-        return Gait(0.0, 0.0, 0.0, 0.0)
+        return 0.0, 0.0, 0.0, 0.0
     named = dict(zip(message.name, range(len(message.position)), strict=False))
-    missing = [name for name in GAIT_NAMES if name not in named]
-    if missing:
+    if not named.keys() >= {*GAIT_NAMES}:
         raise InputError(
             f'gait must have positions of {" and ".join(GAIT_NAMES)}, got {list(message.name)} '
             f'with {len(message.position)} positions'
@@ -198,7 +169,7 @@ def read_gait(message: Any) -> Gait:
     if not all(map(math.isfinite, numbers)):
         raise InputError(f'the numbers of a gait must be finite, got {numbers}')
     turn = 2 * math.pi
-    return Gait((numbers[0] / turn) % 1.0, numbers[1] / turn, *numbers[2:])
+    return (numbers[0] / turn) % 1.0, rate / turn, *numbers[2:]
 
 
 def read_track(parts: Parts, slot: int) -> TrackResult:
@@ -229,16 +200,16 @@ def read_match(parts: Parts, slot: int) -> MatchResult:
     :raises InputError: if a message cannot be read.
     """
     box = parts[slot_topic(slot, 'matched_box')]
-    walk = read_gait(parts[slot_topic(slot, 'gait')])
+    phase, rate, azimuth, similarity = read_gait(parts[slot_topic(slot, 'gait')])
     empty = MatchResult.empty(stamp_of(box.header), int(box.polygon.id), (0, 0))
     prior = parts.get(slot_topic(slot, 'shape_prior'))
     return dataclasses.replace(
         empty,
         body=read_body(box),
-        phase=walk.phase,
-        phase_rate=walk.rate,
-        azimuth=walk.azimuth,
-        similarity=walk.similarity,
+        phase=phase,
+        phase_rate=rate,
+        azimuth=azimuth,
+        similarity=similarity,
         shape_prior=empty.shape_prior if prior is None else read_mono8(prior),
     )
 

@@ -17,9 +17,8 @@ class Busy:
 
     def __init__(self, limit: int) -> None:
         self.done: list[object] = []
-        self.errors: list[BaseException] = []
-        self.go, self.failed = threading.Event(), threading.Event()
-        self.worker = Worker(limit, self.done.append, self.fail)
+        self.go = threading.Event()
+        self.worker = Worker(limit, self.done.append)
         begun = threading.Event()
 
         def wait() -> None:
@@ -28,10 +27,6 @@ class Busy:
 
         self.worker.call(wait)
         assert begun.wait(TIMEOUT_S)
-
-    def fail(self, error: BaseException) -> None:
-        self.errors.append(error)
-        self.failed.set()
 
     def finished(self) -> list[object]:
         self.go.set()
@@ -79,10 +74,9 @@ def test_drain_waits_for_what_is_done_now(busy: Busy) -> None:
 
 
 def test_an_error_that_is_let_through_is_handed_on(busy: Busy) -> None:
+    assert busy.worker.failure is None
     busy.worker.call(lambda: [].pop())
-    busy.go.set()
-    assert busy.failed.wait(TIMEOUT_S)
+    busy.worker.put(1)
     # Nobody waits for what nobody will do.
-    busy.worker.put(2)
-    assert busy.worker.drain(0.0)
-    assert [str(error) for error in busy.errors] == ['pop from empty list']
+    assert busy.finished() == []
+    assert str(busy.worker.failure) == 'pop from empty list'

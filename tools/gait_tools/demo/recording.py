@@ -134,13 +134,14 @@ class Recording(Listener):
         box, matched, gait = (
             self._message(stamp_ns, slot_topic(slot, each)) for each in _RECORDED
         )
-        track_id, (tight, tilt), said = int(box.polygon.id), read_box(box), read_gait(gait)
+        track_id, (tight, tilt) = int(box.polygon.id), read_box(box)
+        phase, _, azimuth, _ = read_gait(gait)
         unseen = np.zeros((0, 0), np.uint8)
         match = replace(
             MatchResult.empty(stamp_ns, track_id, unseen.shape),
             body=read_body(matched),
-            phase=said.phase,
-            azimuth=said.azimuth,
+            phase=phase,
+            azimuth=azimuth,
         )
         track = TrackResult(stamp_ns, track_id, tight, unseen, 0.0, tilt)
         mask = _mask(labels == slot + 1)
