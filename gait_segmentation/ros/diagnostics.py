@@ -49,12 +49,7 @@ class Diagnostics:
         self._publisher.publish(self.message(now_s, self._now(), self._missing(now_s)))
 
     def message(self, now_s: float, now: Time, missing: str = '') -> DiagnosticArray:
-        """
-        Describe how the node is doing.
-
-        :param now_s: steady time in seconds, ``now`` the node's clock.
-        :param missing: what a node that is stale waits for, empty if that is not known.
-        """
+        """Describe how the node is doing, at a steady time, and what it misses if it is stale."""
         node, statistics = self._node, self._node.statistics
         name, details = node.get_fully_qualified_name().strip('/'), node.status()
         median, high = statistics.latency_ms()
@@ -141,7 +136,10 @@ def published_twice(node: Any) -> str:
     for topic in (output.topic_name for output in node.outputs):
         if node.count_publishers(topic) < 2:
             continue
-        found = [_full_name(each) for each in node.get_publishers_info_by_topic(topic)]
+        found = [
+            f'{each.node_namespace.rstrip("/")}/{each.node_name}'
+            for each in node.get_publishers_info_by_topic(topic)
+        ]
         own = node.get_fully_qualified_name()
         others = ' and '.join(sorted(set(found) - {own})) or f'another {own}'
         return (
@@ -149,10 +147,6 @@ def published_twice(node: Any) -> str:
             'give one of both a namespace (what was killed stays in the graph for 20 s)'
         )
     return ''
-
-
-def _full_name(publisher: Any) -> str:
-    return f'{publisher.node_namespace.rstrip("/")}/{publisher.node_name}'
 
 
 def missing_input(node: Any) -> str:
@@ -179,11 +173,7 @@ def missing_input(node: Any) -> str:
 
 
 def no_images(node: Node, topic: str) -> str:
-    """
-    Say why there are no images on a topic, and where there are some.
-
-    :param topic: with ``/compressed`` at the end if they are to be compressed.
-    """
+    """Say why there are no images on a topic, raw or compressed, and where there are some."""
     name = node.resolve_topic_name(topic)
     compressed = topic.endswith(_SUFFIX)
     wanted, other = (_COMPRESSED, _RAW) if compressed else (_RAW, _COMPRESSED)
@@ -194,10 +184,9 @@ def no_images(node: Node, topic: str) -> str:
         return f'no images: what is published on {name} is {_listed(kinds)}, not {wanted}'
     sibling = name.removesuffix(_SUFFIX) if compressed else name + _SUFFIX
     if _from_cameras(node, sibling, other):
-        transport = 'raw' if compressed else 'compressed'
+        way = 'raw' if compressed else 'compressed'
         return (
-            f'no images: no node publishes {name}, but {sibling} is: set image_transport to '
-            f'{transport}'
+            f'no images: no node publishes {name}, but {sibling} is: set image_transport to {way}'
         )
     found = [
         each

@@ -80,9 +80,8 @@ class GaitNode(LifecycleNode):
     A node that works on frames, of which all messages have come, in one thread of its own.
 
     The executor's thread only receives messages, joins them on their stamp and hands frames over;
-    stages are touched by the worker alone, so they need no locks.  Derived classes say what comes
-    in :attr:`kinds`, and the images of the camera as well if they have a :class:`CameraConfig`,
-    and what to do in the methods from :meth:`build` to :meth:`status`.
+    stages are touched by the worker alone, so they need no locks.  Derived classes say in
+    :attr:`kinds` what comes besides the images that those with a :class:`CameraConfig` see.
     """
 
     name: ClassVar[str]
@@ -114,12 +113,7 @@ class GaitNode(LifecycleNode):
     """Of the life cycle."""
 
     def __init__(self, **options: Any) -> None:
-        """
-        Declare parameters and services; everything else waits for the life cycle.
-
-        :param options: passed on to rclpy's node.
-        :raises ConfigError: if a parameter has a value that is not allowed.
-        """
+        """Declare parameters and services: a ConfigError says what is not allowed."""
         super().__init__(self.name, **options)
         self.statistics = Statistics()
         self.warnings = Warnings(self.get_logger().warning, time.monotonic)
@@ -147,8 +141,6 @@ class GaitNode(LifecycleNode):
         self.create_service(SetBool, '~/enable', self._enable, **many)
         self.create_service(Trigger, '~/reset', self._reset, **many)
         self._diagnostics = Diagnostics(self)
-
-    # What derived classes do.
 
     @abstractmethod
     def build(self) -> None:
@@ -191,8 +183,6 @@ class GaitNode(LifecycleNode):
         """Return what the diagnostics are to report besides the usual."""
         return {'camera': self.resolve_topic_name('image')} if self.has(CameraConfig) else {}
 
-    # What derived classes use.
-
     @classmethod
     def has(cls, kind: type[StageConfig]) -> bool:
         """Return whether the node has the parameters of a configuration."""
@@ -213,8 +203,7 @@ class GaitNode(LifecycleNode):
         made = self.create_publisher(
             kind,
             topic,
-            # A copy, because overrides are written into it.
-            copy(profile),
+            copy(profile),  # Overrides are written into it.
             # Every event that could be reported costs the executor time in every round.
             event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
             qos_overriding_options=OVERRIDABLE,
@@ -266,14 +255,14 @@ class GaitNode(LifecycleNode):
     def enter(self, stamp_ns: int) -> bool:
         """Let a frame in that could be read; return whether time went back: a reset (worker)."""
         back_s = (self._stamps.newest_ns - stamp_ns) / 1e9
-        if self._stamps.take(stamp_ns) is not Order.RESET:
-            return False
-        self.warnings.warn(
-            'time',
-            f'the stamp went back by {back_s:.3f} s (a bag that loops?): everything is reset',
-        )
-        self.drop_tracks()
-        return True
+        back = self._stamps.take(stamp_ns) is Order.RESET
+        if back:
+            said = (
+                f'the stamp went back by {back_s:.3f} s (a bag that loops?): everything is reset'
+            )
+            self.warnings.warn('time', said)
+            self.drop_tracks()
+        return back
 
     def reset(self) -> None:
         """Drop all tracks and what waits for the next frame; any stamp may follow (worker)."""
@@ -289,8 +278,6 @@ class GaitNode(LifecycleNode):
     def drain(self, timeout_s: float) -> bool:
         """Wait until the worker has done what it was given; return whether it has."""
         return self._worker is None or self._worker.drain(timeout_s)
-
-    # Life cycle.
 
     def start(self) -> bool:
         """Configure and activate if the node starts itself; return whether that went well."""
@@ -353,8 +340,6 @@ class GaitNode(LifecycleNode):
     on_cleanup = _transition('cleaning up', _tear_down, 'unconfigured')
     on_shutdown = _transition('shutting down', close, 'finalized')
 
-    # Frames.
-
     def receive(self, part: str, message: Any) -> None:
         """Take in a message of a topic, and hand its frame over if it is complete with it."""
         stamp_ns = stamp_of(message.header)
@@ -396,22 +381,17 @@ class GaitNode(LifecycleNode):
         arrived_s, stamp_ns, frame = item
         if self._stamps.order(stamp_ns) is Order.STALE:
             self.statistics.stale += 1
-            why = 'its stamp is not later than the one before'
-            self.warnings.warn(
-                'stale', f'a frame is dropped, {self.statistics.stale} so far: {why}'
-            )
+            said = f'{self.statistics.stale} frames stale so far: not later than the one before'
+            self.warnings.warn('stale', said)
             return
         try:
             self.process(frame)
         except GaitSegmentationError as error:
             self.statistics.failed += 1
-            about = f'frame {type(error).__name__}'
-            self.warnings.warn(about, f'a frame cannot be used: {error}')
+            self.warnings.warn('frame', f'a frame cannot be used: {error}')
             self.process_unusable(frame)
         now_s = time.monotonic()
         self.statistics.finished(now_s - arrived_s, now_s)
-
-    # Services and parameters.
 
     def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         if bool(request.data) != self.enabled:

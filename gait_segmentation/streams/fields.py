@@ -1,10 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""
-Topics, and what their messages say of a result in numbers, in both directions.
-
-Shared by nodes and commands, so messages may be of any class with the fields of ROS's.
-"""
+"""Topics, and what messages of any class with ROS's fields say of a result, in both directions."""
 
 from __future__ import annotations
 
@@ -22,18 +18,10 @@ from gait_segmentation.results import Feedback, MatchResult, TrackResult
 Kind = TypeVar('Kind')
 
 DEPTH = 30
-"""
-Frames that a publisher keeps for a reader that is slow to acknowledge; as many may wait for their
-other parts.
-"""
+"""Frames that a publisher keeps for slow readers, and that may wait for their other parts."""
 
 GAIT_NAMES = ('gait_phase', 'view_azimuth')
-"""
-Joints of the gait message: radians of the stride with their rate, and walking direction.
-
-Their efforts say how sure they are: the probability that the phase is right, and the similarity of
-the matched template with the likelihood, both 0..1.
-"""
+"""Joints of the gait message: radians, and as effort how sure they are."""
 
 TEMPLATE_NAMES = ('template_sequence', 'template_phase')
 """Further joints, which are optional: the numbers of the matched template in the bank."""
@@ -104,11 +92,7 @@ def stamp_of(header: Any) -> int:
 
 
 def points_of(message: Any) -> Corners:
-    """
-    Return the corners of a box message, none if no person is tracked.
-
-    :raises InputError: if there are neither 0 nor 4 points, or one is not finite.
-    """
+    """Return the corners of a box message, 4 or none; an InputError says what is wrong."""
     points = tuple((point.x, point.y) for point in message.polygon.polygon.points)
     if len(points) not in (0, 4):
         raise InputError(f'a box must have 4 points, or none, got {len(points)}')
@@ -119,11 +103,10 @@ def points_of(message: Any) -> Corners:
 
 def read_box(message: Any) -> tuple[Box | None, float]:
     """
-    Return the box in the frame of the body and the body's tilt in radians.
+    Return the box in the frame of the body and the body's tilt in radians, None and 0 of nobody.
 
     Corners in another order than clockwise from the body's top left make an upright box.
 
-    :returns: None and 0 if no person is tracked.
     :raises InputError: see :func:`points_of`; also if the box has no size.
     """
     points = points_of(message)
@@ -132,8 +115,7 @@ def read_box(message: Any) -> tuple[Box | None, float]:
     body, width = BodyFrame.from_corners(points)
     if abs(body.angle) < _MOST_TILT:
         return Box.from_center(body.center_x, body.center_y, width, body.height), body.angle
-    columns = [x for x, _ in points]
-    rows = [y for _, y in points]
+    columns, rows = zip(*points, strict=True)
     left, top = min(columns), min(rows)
     return Box(left, top, max(columns) - left, max(rows) - top), 0.0
 
@@ -173,11 +155,7 @@ def read_gait(message: Any) -> tuple[float, float, float, float]:
 
 
 def read_track(parts: Parts, slot: int) -> TrackResult:
-    """
-    Put the tracker's messages about a slot together again.
-
-    :raises InputError: if a message cannot be read.
-    """
+    """Put the tracker's messages about a slot together again."""
     message = parts[slot_topic(slot, 'box')]
     box, angle = read_box(message)
     return TrackResult(
@@ -191,14 +169,7 @@ def read_track(parts: Parts, slot: int) -> TrackResult:
 
 
 def read_match(parts: Parts, slot: int) -> MatchResult:
-    """
-    Put the matcher's messages about a slot together again.
-
-    What no later stage needs (template, placement) is not sent; the shape prior is black if it is
-    not among the parts.
-
-    :raises InputError: if a message cannot be read.
-    """
+    """Put together the matcher's messages about a slot, as far as later stages need them."""
     box = parts[slot_topic(slot, 'matched_box')]
     phase, rate, azimuth, similarity = read_gait(parts[slot_topic(slot, 'gait')])
     empty = MatchResult.empty(stamp_of(box.header), int(box.polygon.id), (0, 0))
@@ -215,11 +186,7 @@ def read_match(parts: Parts, slot: int) -> MatchResult:
 
 
 def read_feedback(parts: Parts, slot: int) -> Feedback | None:
-    """
-    Put the feedback for a slot together, None if it was empty.
-
-    :raises InputError: if a message cannot be read.
-    """
+    """Put the feedback for a slot together, None if it was empty."""
     mask, prior, box = (parts[slot_topic(slot, name)] for name in FEEDBACK)
     track_id, body = int(box.polygon.id), read_body(box)
     if not track_id:

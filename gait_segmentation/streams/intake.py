@@ -48,13 +48,7 @@ class Intake:
         initial_box: Box | None = None,
         initial_stamp_ns: int = 0,
     ) -> None:
-        """
-        Wait for the first frame.
-
-        :param reset: drops all tracks, ``initialize`` starts a track at the
-            frame taken in, and ``warn`` logs a warning, given a key and a text.
-        :param slots: boxes that can be asked for at a time.
-        """
+        """Wait for a frame; ``reset`` drops all tracks, ``warn`` takes a key and a text."""
         self._reset = reset
         self._initialize = initialize
         self._warn = warn

@@ -11,13 +11,11 @@ from typing import Any
 
 class ExactJoin:
     """
-    Collects the parts that belong to one stamp until they are complete.
+    Collects the parts that belong to one stamp, to the nanosecond, until they are complete.
 
-    All stages copy the source image's header, so stamps agree to the nanosecond and nothing
-    needs to be approximated.  Each part comes in the order of the images: when an entry is
-    complete, those that began before it will never be, and are dropped, as is the oldest when
-    too many wait.  The order is that in which entries began, not that of stamps, which go back
-    where a bag loops.
+    Each part comes in the order of the images: when an entry is complete, those that began before
+    it will never be, and are dropped, as is the oldest when too many wait.  The order is not that
+    of stamps, which go back where a bag loops.
     """
 
     def __init__(self, stages: Mapping[str, Iterable[str]], capacity: int) -> None:

@@ -104,7 +104,7 @@ def test_frames_that_cannot_be_read_give_empty_outputs_and_no_more(graph: Graph)
         new = graph.feed(message)
         assert not masks(new)[0].any()
         assert not new['person_0/box'][0].polygon.polygon.points
-    assert 'frame InputError' in graph.warnings
+    assert 'frame' in graph.warnings
     assert masks(graph.feed(frame(8)))[0].any()
 
 
