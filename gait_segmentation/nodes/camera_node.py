@@ -17,7 +17,7 @@ from gait_segmentation.detector.config import DetectorConfig
 from gait_segmentation.detector.lookout import Lookout
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.geometry import Box
-from gait_segmentation.inputs.encodings import claimed_shape, read_image
+from gait_segmentation.inputs.encodings import read_image
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
 from gait_segmentation.ros.endpoints import BEST_EFFORT, LATCHED
@@ -29,17 +29,9 @@ from gait_segmentation.streams.fields import Parts, stamp_of
 from gait_segmentation.streams.intake import Intake, MapIntake, new_people, read_detections
 from gait_segmentation.tracking import TrackingConfig
 
-_MAPS = 4
-"""Heat maps that wait for the next image."""
-
 
 class CameraNode(GaitNode):
-    """
-    A node that tracks people in the images of a camera.
-
-    Derived classes make the stage and call :meth:`make_intake`; their :meth:`process` begins with
-    :meth:`take_image`.
-    """
+    """Tracks people in images: build ends with make_intake, process begins with take_image."""
 
     groups: ClassVar[Sequence[tuple[str, type[StageConfig]]]] = (
         ('', CameraConfig),
@@ -78,12 +70,7 @@ class CameraNode(GaitNode):
         return self._lookout
 
     def take_image(self, frame: Parts) -> tuple[NDArray[np.uint8], int]:
-        """
-        Decode a frame and start the tracks that are to begin with it (worker).
-
-        :returns: the image, (H, W, 3) uint8 BGR, and the stamp in ns.
-        :raises InputError: if it cannot be read.
-        """
+        """Return image and stamp of a frame, and start the tracks that begin with it (worker)."""
         message, before = frame['image'], self.intake.shape
         camera = self.parameters.get(CameraConfig)
         image = read_image(message, camera.max_pixels, camera.sample_bits)
@@ -99,10 +86,6 @@ class CameraNode(GaitNode):
             self._size.publish(RegionOfInterest(height=image.shape[0], width=image.shape[1]))
         self.maps.note(stamp_ns, self.parameters.get(TrackingConfig).heat_map_age)
         return image, stamp_ns
-
-    def shape_of(self, frame: Parts) -> tuple[int, int]:
-        """Return the shape (height, width) of the empty answers to a frame that is not usable."""
-        return claimed_shape(frame['image']) or self.intake.shape or (0, 0)
 
     def drop_tracks(self) -> None:
         """Publish what is held back and drop all tracks, but not the boxes that wait."""
@@ -158,16 +141,16 @@ class CameraNode(GaitNode):
         self.later(lambda: self.intake.request(box), 'init_roi', self.slots)
 
     def _detected(self, message: Any) -> None:
-        # The next message says the same again: only the newest one counts.
-        self.later(lambda: self._start_new(message), 'detections')
+        def start() -> None:
+            boxes = read_detections(message, self.parameters.get(StartConfig))
+            for box in new_people(boxes, self.tracks, self.slots, self.intake.requested):
+                self.intake.request(box)
 
-    def _start_new(self, message: Any) -> None:
-        boxes = read_detections(message, self.parameters.get(StartConfig))
-        for box in new_people(boxes, self.tracks, self.slots, self.intake.requested):
-            self.intake.request(box)
+        # The next message says the same again: only the newest one counts.
+        self.later(start, 'detections')
 
     def _heat_map(self, message: Image) -> None:
         if self.enabled:
             most = self.parameters.get(CameraConfig).max_pixels
             age_s = self.parameters.get(TrackingConfig).heat_map_age
-            self.later(lambda: self.maps.take(message, most, age_s), 'heat map', _MAPS)
+            self.later(lambda: self.maps.take(message, most, age_s), 'heat map', 4)

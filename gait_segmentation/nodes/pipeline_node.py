@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import Header
 
+from gait_segmentation.inputs.encodings import claimed_shape
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
@@ -75,7 +76,8 @@ class PipelineNode(CameraNode):
 
     def process_unusable(self, frame: Parts) -> None:
         """Publish empty results."""
-        shape, header = self.shape_of(frame), frame['image'].header
+        shape = claimed_shape(frame['image']) or self.intake.shape or (0, 0)
+        header = frame['image'].header
         self._segmentation.blank(shape, header)
         for outputs in (self._track, self._match):
             outputs.blank(self._likelihood, header)
