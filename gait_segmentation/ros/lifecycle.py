@@ -257,10 +257,8 @@ class GaitNode(LifecycleNode):
         back_s = (self._stamps.newest_ns - stamp_ns) / 1e9
         back = self._stamps.take(stamp_ns) is Order.RESET
         if back:
-            said = (
-                f'the stamp went back by {back_s:.3f} s (a bag that loops?): everything is reset'
-            )
-            self.warnings.warn('time', said)
+            why = f'the stamp went back by {back_s:.3f} s (a bag that loops?)'
+            self.warnings.warn('time', f'{why}: everything is reset')
             self.drop_tracks()
         return back
 

@@ -232,7 +232,7 @@ def misnamed(given: Iterable[str], known: Collection[str]) -> dict[str, str]:
         stage, _, own = name.rpartition('.')
         stages.setdefault(stage, []).append(own)
     found = {}
-    for name in {*given} - {*known}:
+    for name in (each for each in given if each not in known):
         stage, _, own = name.rpartition('.')
         meant = stage if stage in stages else _most_alike(stage, stages)
         alike = _most_alike(own, stages.get(meant, ())) if meant or not stage else ''
