@@ -27,6 +27,7 @@ class ExactJoin:
         :param capacity: incomplete entries kept.
         """
         self._stages = {part: stage for stage, parts in stages.items() for part in parts}
+        self._first = next(iter(self._stages))
         self.capacity = capacity
         self.dropped: Counter[str] = Counter()
         """
@@ -44,8 +45,9 @@ class ExactJoin:
 
     @property
     def waits_for(self) -> str:
-        """Return the first node that the newest entry lacks a part of, empty without entries."""
-        newest = next(reversed(self._entries.values()), None)
+        """Return the first node that the newest entry lacks a part of, empty without one."""
+        begun = (each for each in reversed(self._entries.values()) if self._first in each)
+        newest = next(begun, None)
         return '' if newest is None else self._lacking(newest)
 
     def add(self, part: str, stamp_ns: int, value: Any) -> dict[str, Any] | None:
@@ -67,7 +69,7 @@ class ExactJoin:
 
     def _drop(self, stamp_ns: int) -> None:
         entry = self._entries.pop(stamp_ns)
-        if self._joined and next(iter(self._stages)) in entry:
+        if self._joined and self._first in entry:
             self.dropped[self._lacking(entry)] += 1
 
     def _lacking(self, entry: Mapping[str, Any]) -> str:

@@ -74,6 +74,8 @@ def test_a_node_whose_parts_wait_is_not_waited_for() -> None:
     assert join.waits_for == ''
     join.add('a', 11, 'x')
     join.add('b', 11, 'x')
+    # The rest of what was dropped before.
+    join.add('b', 9, 'x')
     assert join.waits_for == 'matcher'
 
 
