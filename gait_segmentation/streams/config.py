@@ -30,7 +30,8 @@ class NodeConfig(StageConfig):
     )
     backlog: int = parameter(
         5,
-        'Frames that may wait. When more come, all but the newest are dropped.',
+        'Frames that may wait. When more come, all but the newest are dropped. Must be at least '
+        'matching.lag, of which the frames come at once at the end.',
         unit='frames',
         minimum=1,
         maximum=1000,
