@@ -29,7 +29,7 @@ class NodeConfig(StageConfig):
         read_only=True,
     )
     backlog: int = parameter(
-        5,
+        10,
         'Frames that may wait. When more come, all but the newest are dropped. Must be at least '
         'matching.lag, of which the frames come at once at the end.',
         unit='frames',
