@@ -87,7 +87,7 @@ class Diagnostics:
         statistics, trouble = self._node.statistics, self._node.trouble
         losses, failures = statistics.losses()
         quiet_s, late_ms = statistics.quiet_s(now_s), statistics.latency_ms()[1]
-        if twice := published_twice(self._node):
+        if state == 'active' and (twice := published_twice(self._node)):
             self._node.warnings.warn('twice', twice)
             return DiagnosticStatus.WARN, twice
         if state == 'active' and quiet_s > _QUIET_S:

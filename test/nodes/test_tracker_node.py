@@ -197,7 +197,7 @@ def test_the_size_is_told_when_it_changes_and_to_those_who_come_later(bench: Ben
 
 
 def test_diagnostics_report_frames_and_track(bench: Bench) -> None:
-    bench.add(TrackerNode, initial_box=BOX)
+    node = bench.add(TrackerNode, initial_box=BOX)
     bench.record_outputs('person_0/box')
     camera = bench.publisher(Image, 'image', 1)
     reports = bench.record(DiagnosticArray, '/diagnostics')
@@ -213,6 +213,10 @@ def test_diagnostics_report_frames_and_track(bench: Bench) -> None:
     assert (values['camera'], status.hardware_id) == ('/image', '/image')
     assert values['track of person_0'].startswith('1 tracked')
     assert values['subscribers of /person_0/box'] == '1'
+    bench.probe.create_publisher(PolygonInstanceStamped, 'person_0/box', 10)
+    said = '/probe publishes /person_0/box, too'
+    bench.until(lambda: reports[-1].status[0].message.startswith(said), 'the warning')
+    assert 'twice' in node.warnings.keys
 
 
 def test_the_qos_of_endpoints_can_be_overridden(bench: Bench) -> None:
