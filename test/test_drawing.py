@@ -8,7 +8,7 @@ import pytest
 
 from gait_segmentation.drawing import track_colour, view_word
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.pictures import matching_picture, segmentation_picture, tracking_picture
+from gait_segmentation.pictures import segmentation_picture
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.segmentation import PeopleMasks
 
@@ -40,12 +40,6 @@ def test_both_boxes_are_drawn_where_the_source_has_them() -> None:
         TrackResult(5, 0, None, np.zeros_like(SMALL), 0.0),
     ]
     match = replace(SOMEBODY, box=Box(42.5, 24.5, 26, 70))
-    picture = matching_picture([LARGE, LARGE], [match, NOBODY], tracks)
-    assert is_red(picture[60, 36])
-    assert is_green(picture[60, 42])
-    half = matching_picture([SMALL, SMALL], [match, NOBODY], tracks, 160)
-    assert is_red(half[30, 18])
-    assert is_green(half[30, 21])
     masks = PeopleMasks((SegmentationResult(5, 1, LARGE, ''),) * 2, LARGE, LARGE)
     picture = segmentation_picture(IMAGE, masks, [match, NOBODY], tracks)
     assert is_red(picture[60, 36])
@@ -57,8 +51,6 @@ def test_a_person_is_tinted_in_the_colour_of_the_track_and_what_is_known_is_writ
     assert is_green(track_colour(1))
     assert is_red(track_colour(2))
     masks = PeopleMasks((SegmentationResult(5, 1, LARGE, ''),) * 2, LARGE, LARGE)
-    likely = TrackResult(5, 1, Box(40.5, 20.5, 30, 80), SMALL, 0.9)
-    assert tracking_picture(IMAGE, [likely])[60, 55].tolist() == [60, 60, 255]
     plain = segmentation_picture(IMAGE, masks, [SOMEBODY, NOBODY])
     assert plain[60, 55] == pytest.approx(0.75 * 60 + 0.25 * np.array(track_colour(1)), abs=1)
     assert (plain[110:] == 60).all()

@@ -17,10 +17,10 @@ from gait_segmentation.detector.config import DetectorConfig
 from gait_segmentation.detector.lookout import Lookout
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.geometry import Box
-from gait_segmentation.inputs.encodings import claimed_shape, read_image
+from gait_segmentation.inputs.encodings import read_image
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
-from gait_segmentation.ros.endpoints import BEST_EFFORT, LATCHED, subscribe
+from gait_segmentation.ros.endpoints import BEST_EFFORT, LATCHED
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import detection_types
 from gait_segmentation.starting import StartingConfig
@@ -29,17 +29,9 @@ from gait_segmentation.streams.fields import Parts, stamp_of
 from gait_segmentation.streams.intake import Intake, MapIntake, new_people, read_detections
 from gait_segmentation.tracking import TrackingConfig
 
-_MAPS = 4
-"""Heat maps that wait for the next image."""
-
 
 class CameraNode(GaitNode):
-    """
-    A node that tracks people in the images of a camera.
-
-    Derived classes make the stage and call :meth:`make_intake`; their :meth:`process` begins with
-    :meth:`take_image`.
-    """
+    """Tracks people in images: build ends with make_intake, process begins with take_image."""
 
     groups: ClassVar[Sequence[tuple[str, type[StageConfig]]]] = (
         ('', CameraConfig),
@@ -78,17 +70,14 @@ class CameraNode(GaitNode):
         return self._lookout
 
     def take_image(self, frame: Parts) -> tuple[NDArray[np.uint8], int]:
-        """
-        Decode a frame and start the tracks that are to begin with it (worker).
-
-        :returns: the image, (H, W, 3) uint8 BGR, and the stamp in ns.
-        :raises InputError: if it cannot be read.
-        """
+        """Return image and stamp of a frame, and start the tracks that begin with it (worker)."""
         message, before = frame['image'], self.intake.shape
         camera = self.parameters.get(CameraConfig)
         image = read_image(message, camera.max_pixels, camera.sample_bits)
         stamp_ns = stamp_of(message.header)
-        self.enter(stamp_ns)
+        if self.enter(stamp_ns):
+            # Start from the initial box again, as in a bag that loops.
+            self.intake.arm()
         self.intake.take(image, stamp_ns)
         seen = self._lookout.newest
         if seen is not None and seen.error:
@@ -98,58 +87,50 @@ class CameraNode(GaitNode):
         self.maps.note(stamp_ns, self.parameters.get(TrackingConfig).heat_map_age)
         return image, stamp_ns
 
-    def shape_of(self, frame: Parts) -> tuple[int, int]:
-        """Return the shape (height, width) of the empty answers to a frame that is not usable."""
-        return claimed_shape(frame['image']) or self.intake.shape or (0, 0)
-
     def drop_tracks(self) -> None:
         """Publish what is held back and drop all tracks, but not the boxes that wait."""
         super().drop_tracks()
         self.tracks = ()
         self._expect_maps()
 
-    def stand_by(self) -> None:
-        """Drop the boxes that wait for the next frame."""
-        self.intake.drop_requests()
-
-    def time_was_reset(self) -> None:
-        """Start from the initial box again, as in a bag that loops."""
-        self.intake.arm()
+    def reset(self) -> None:
+        """Drop the boxes that wait for the next frame, too."""
+        super().reset()
+        self.intake.requested.clear()
 
     def _expect_maps(self) -> None:
         self.maps = MapIntake(self.stage.add_heat_map, self.warnings.warn)
 
     def connect(self) -> None:
         """Subscribe to first boxes and heat maps, and to the camera."""
-        subscribe(self, RegionOfInterest, 'init_roi', self._start)
+        self.subscribe(RegionOfInterest, 'init_roi', self._start)
         types = detection_types()
         if types is not None:
-            subscribe(self, types.Detection2DArray, 'detections', self._detected)
+            self.subscribe(types.Detection2DArray, 'detections', self._detected)
         # Best effort, which takes messages of every publisher; one that is lost is no harm.
-        subscribe(self, Image, 'heat_map', self._heat_map, BEST_EFFORT)
+        self.subscribe(Image, 'heat_map', self._heat_map, BEST_EFFORT)
         super().connect()
 
     def status(self) -> dict[str, str]:
-        """Report the track of each slot, and whether heat maps come."""
+        """Report the track of each slot, what the detector sees, and whether heat maps come."""
+        found, sees, maps = {}, 'none', 'none'
         tracks = self.tracks if self.stage is not None else ()
-        found = {}
         for slot, track in enumerate(tracks):
             known = f'{track.track_id} {track.state} {100 * track.confidence:.0f} %'
             told = track.state if track.state == EMPTY else known
             why = f', {track.reason}' if track.reason else ''
             found[f'track of {slot_name(slot)}'] = told + why
-        tracked = sum(track.track_id != 0 for track in tracks)
-        maps = {'heat map': 'in use' if self.stage is not None and self.maps.in_use else 'none'}
-        sees = {'detector': self._sees() if self.stage is not None else 'none'}
-        return {**super().status(), 'people': str(tracked), **found, **sees, **maps}
-
-    def _sees(self) -> str:
-        seen = self._lookout.newest
-        if seen is None:
-            return 'has not looked'
-        if seen.people is None:
-            return seen.error or 'draws a map'
-        return f'sees {len(seen.people)}, {1e3 * seen.seconds:.0f} ms'
+        if self.stage is not None:
+            maps = 'in use' if self.maps.in_use else 'none'
+            seen, sees = self._lookout.newest, 'has not looked'
+            if seen is not None:
+                sees = seen.error or 'draws a map'
+                if seen.people is not None:
+                    sees = f'sees {len(seen.people)}, {1e3 * seen.seconds:.0f} ms'
+        people = str(sum(track.track_id != 0 for track in tracks))
+        return {
+            **super().status(), 'people': people, **found, 'detector': sees, 'heat map': maps,
+        }  # fmt: skip
 
     def _start(self, message: RegionOfInterest) -> None:
         try:
@@ -160,16 +141,16 @@ class CameraNode(GaitNode):
         self.later(lambda: self.intake.request(box), 'init_roi', self.slots)
 
     def _detected(self, message: Any) -> None:
-        # The next message says the same again: only the newest one counts.
-        self.later(lambda: self._start_new(message), 'detections')
+        def start() -> None:
+            boxes = read_detections(message, self.parameters.get(StartConfig))
+            for box in new_people(boxes, self.tracks, self.slots, self.intake.requested):
+                self.intake.request(box)
 
-    def _start_new(self, message: Any) -> None:
-        boxes = read_detections(message, self.parameters.get(StartConfig))
-        for box in new_people(boxes, self.tracks, self.slots, self.intake.requested):
-            self.intake.request(box)
+        # The next message says the same again: only the newest one counts.
+        self.later(start, 'detections')
 
     def _heat_map(self, message: Image) -> None:
         if self.enabled:
             most = self.parameters.get(CameraConfig).max_pixels
             age_s = self.parameters.get(TrackingConfig).heat_map_age
-            self.later(lambda: self.maps.take(message, most, age_s), 'heat map', _MAPS)
+            self.later(lambda: self.maps.take(message, most, age_s), 'heat map', 4)

@@ -8,6 +8,7 @@ import importlib
 import sys
 from collections import deque
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -28,9 +29,9 @@ from gait_segmentation.localization import (
 )
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult
-from gait_segmentation.ros.endpoints import BEST_EFFORT, subscribe
+from gait_segmentation.ros.endpoints import BEST_EFFORT
 from gait_segmentation.ros.lifecycle import GaitNode
-from gait_segmentation.ros.outputs import Outputs, Seen, people_topics, seen
+from gait_segmentation.ros.outputs import Outputs, people_topics, seen
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.streams.config import LocalizerNodeConfig
 from gait_segmentation.streams.fields import DEPTH, Parts, read_match, slot_topic, stamp_of
@@ -68,16 +69,19 @@ class LocalizerNode(GaitNode):
         self._info: CameraInfo | None = None
         self._depths: deque[Image] = deque(maxlen=DEPTH)
         self._tf: tuple[Any, type[Exception]] | None = None
-        self._depth_unused = self._located_text = self._trouble = ''
-        self._located = False
+        self._depth_unused = self._located_text = ''
 
     def connect(self) -> None:
         """Subscribe, until the deactivation."""
         self._depths.clear()
-        subscribe(self, CameraInfo, 'camera_info', self._calibrated, BEST_EFFORT)
-        subscribe(self, Image, 'depth', lambda message: self._depths.append(message), BEST_EFFORT)
+        self.subscribe(CameraInfo, 'camera_info', self._calibrated, BEST_EFFORT)
+        self.subscribe(Image, 'depth', lambda depth: self._depths.append(depth), BEST_EFFORT)
         if self.parameters.get(LocalizerNodeConfig).ground_frame:
-            self._listen()
+            with suppress(ImportError):
+                tf2 = importlib.import_module('tf2_ros')
+                self._tf = tf2.Buffer(), tf2.TransformException
+                listener = tf2.TransformListener(self._tf[0], self, spin_thread=False)
+                self.inputs.append(listener.unregister)
         super().connect()
 
     def process(self, frame: Parts) -> None:
@@ -87,7 +91,7 @@ class LocalizerNode(GaitNode):
         masks = [read_mono8(frame[slot_topic(slot, 'mask')]) for slot in range(self.slots)]
         self.enter(stamp_of(header))
         people = sum(match.body is not None for match in matches)
-        locations: tuple[Location | None, ...] = (None,) * len(matches)
+        locations: Sequence[Location | None] = (None,) * len(matches)
         try:
             locations = self._locate(matches, masks, header)
             why = ', '.join(sorted(set(filter(None, self.stage.reasons))))
@@ -95,67 +99,49 @@ class LocalizerNode(GaitNode):
             why = str(error)
         found = sum(location is not None for location in locations)
         self._located_text = shortened(f'{found} of {people}' + (f', {why}' if why else ''))
-        self._located = self._located or found > 0
         if why:
             self.warnings.warn('located', f'located: {self._located_text}')
             # Which the log says by itself.
             unused = f'; a depth image is not used: {self._depth_unused}'
             self._located_text += unused * bool(self._depth_unused)
-            self._trouble = f'located: {self._located_text}'
+        self.trouble = f'located: {self._located_text}' if why and not found else ''
         self._results.publish_made(header, seen, matches, masks, locations)
 
     def process_unusable(self, frame: Parts) -> None:
         """Publish empty results."""
-        self._results.publish(Seen(), frame[slot_topic(0, 'mask')].header)
+        self._results.publish(([], [None] * self.slots), frame[slot_topic(0, 'mask')].header)
 
     def status(self) -> dict[str, str]:
         """Report how many people of the last frame are located, and why not all of them are."""
         if self.stage is None:
-            return super().status()
-        return {
-            **super().status(),
-            'located': self._located_text or 'no frame yet',
-            'location errors': str(self.stage.failures),
-        }
-
-    def trouble(self) -> str:
-        """Say why no person was located since this was last asked, empty if one was."""
-        if self.stage is None:
-            return ''
-        trouble = '' if self._located else self._trouble
-        self._trouble, self._located = '', False
-        return trouble
+            return {}
+        told = self._located_text or 'no frame yet'
+        return {'located': told, 'location errors': str(self.stage.failures)}
 
     def _locate(
-        self,
-        matches: Sequence[MatchResult],
-        masks: Sequence[NDArray[np.uint8]],
-        header: Header,
-    ) -> tuple[Location | None, ...]:
-        """
-        Locate the people of a frame.
-
-        :raises InputError: if that cannot be done for any person.
-        """
+        self, matches: Sequence[MatchResult], masks: Sequence[NDArray[np.uint8]], header: Header
+    ) -> Sequence[Location | None]:
+        """Locate the people of a frame; an InputError says why that cannot be done for any."""
         if self._info is None:
             topic = self.resolve_topic_name('camera_info')
             raise InputError(f'nothing came on {topic} so far')
         rectified = self.parameters.get(LocalizerNodeConfig).rectified
-        camera = read_camera(self._info, rectified, masks[0].shape if masks else None)
-        depth, pose = self._depth(header, masks), self._camera_pose(header)
+        camera = read_camera(self._info, rectified, masks[0].shape)
+        depth, pose = self._depth(header, masks[0].shape), self._camera_pose(header)
         if not self._depths and pose is None and not self.stage.config.camera_height:
             topic = self.resolve_topic_name('depth')
             raise InputError(
                 f'nothing came on {topic} so far, and where the ground is neither '
                 'ground_frame nor localization.camera_height says'
             )
-        return self.stage.update(matches, masks, camera, pose, depth)
+        located: Sequence[Location | None] = self.stage.update(matches, masks, camera, pose, depth)
+        return located
 
     def _calibrated(self, message: CameraInfo) -> None:
         self._info = message
 
     def _depth(
-        self, header: Header, masks: Sequence[NDArray[np.uint8]]
+        self, header: Header, shape: tuple[int, ...]
     ) -> NDArray[np.uint16] | NDArray[np.float32] | None:
         """Return the depth image that belongs to a frame, None if there is none that fits."""
         self._depth_unused = ''
@@ -174,10 +160,10 @@ class LocalizerNode(GaitNode):
                     'it must be registered to the image: its frame_id is '
                     f"{message.header.frame_id!r}, the image's {header.frame_id!r}"
                 )
-            if masks and (message.height, message.width) != masks[0].shape:
+            if (message.height, message.width) != shape:
                 raise InputError(
-                    f'it must have the size of the image, {masks[0].shape[1]} x '
-                    f'{masks[0].shape[0]}, got {message.width} x {message.height}'
+                    f'it must have the size of the image, {shape[1]} x {shape[0]}, got '
+                    f'{message.width} x {message.height}'
                 )
             return read_depth(message)
         except InputError as error:
@@ -185,40 +171,26 @@ class LocalizerNode(GaitNode):
             self.warnings.warn('depth', f'a depth image is not used: {error}')
             return None
 
-    def _listen(self) -> None:
-        try:
-            tf2 = importlib.import_module('tf2_ros')
-        except ImportError:
-            return
-        buffer = tf2.Buffer()
-        self._tf = buffer, tf2.TransformException
-        listener = tf2.TransformListener(buffer, self, spin_thread=False)
-        self.inputs.append(listener.unregister)
-
     def _camera_pose(self, header: Header) -> CameraPose | None:
-        """
-        Return where the camera is by tf, None without ground_frame.
-
-        :raises InputError: if tf does not say it.
-        """
+        """Return where the camera is by tf, None without ground_frame; it may raise InputError."""
         frame = self.parameters.get(LocalizerNodeConfig).ground_frame
         if not frame:
             return None
         if self._tf is None:
             raise InputError('ground_frame needs the Python package tf2_ros, which is not there')
         buffer, unknown = self._tf
-        found = why = None
+        why = None
         # What tf does not know yet of the image's time it may know of the newest.
         for when in (Time.from_msg(header.stamp), Time()):
             try:
                 found = buffer.lookup_transform(frame, header.frame_id, when).transform
-                break
             except unknown as error:
                 why = error
-        if found is None:
-            raise InputError(f'tf has no transform from {header.frame_id!r} to {frame!r}: {why}')
-        at, turn = found.translation, found.rotation
-        return CameraPose.from_quaternion((at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w))
+            else:
+                at, turn = found.translation, found.rotation
+                place, way = (at.x, at.y, at.z), (turn.x, turn.y, turn.z, turn.w)
+                return CameraPose.from_quaternion(place, way)
+        raise InputError(f'tf has no transform from {header.frame_id!r} to {frame!r}: {why}')
 
 
 main = partial(run_node, LocalizerNode)

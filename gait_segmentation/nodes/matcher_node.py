@@ -5,29 +5,25 @@
 from __future__ import annotations
 
 import sys
-from collections import deque
 from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, ClassVar
 
-import numpy as np
 from geometry_msgs.msg import PolygonInstanceStamped
-from numpy.typing import NDArray
 from sensor_msgs.msg import Image, RegionOfInterest
 from std_msgs.msg import Header
 
-from gait_segmentation.files.image_files import check_pixels
+from gait_segmentation.errors import InputError
 from gait_segmentation.inputs.encodings import claimed_shape
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
-from gait_segmentation.pictures import matching_picture
 from gait_segmentation.results import MatchResult
-from gait_segmentation.ros.endpoints import LATCHED, subscribe
+from gait_segmentation.ros.endpoints import LATCHED
 from gait_segmentation.ros.lifecycle import GaitNode
-from gait_segmentation.ros.outputs import Outputs, match_topics, picture_topics
+from gait_segmentation.ros.outputs import Outputs, match_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.stamps import HeldFrames
-from gait_segmentation.streams.config import BankConfig, NodeConfig
+from gait_segmentation.streams.config import BankConfig
 from gait_segmentation.streams.fields import Parts, read_track, slot_topic
 
 
@@ -60,24 +56,14 @@ class MatcherNode(GaitNode):
             self.bank, config, max_people=self.slots, threads=people.people_threads
         )
         self._results = Outputs(self, match_topics(self.slots))
-        self._debug = Outputs(self, picture_topics('~/'))
-        most = self.parameters.get(NodeConfig).backlog
-        self._unsized: deque[tuple[int, Parts]] = deque(maxlen=most)
-        self._held: HeldFrames[Parts] = HeldFrames()
+        self._held: HeldFrames[Header] = HeldFrames()
 
     def connect(self) -> None:
         """Subscribe to the tracker's outputs."""
         self._size: tuple[int, int] | None = None
-        self._unsized.clear()
         # First, so that it is known before the likelihoods are.
-        subscribe(self, RegionOfInterest, 'image_size', self._sized, LATCHED)
+        self.subscribe(RegionOfInterest, 'image_size', self._sized, LATCHED)
         super().connect()
-
-    def pause(self) -> None:
-        """Drop what waits for its other parts."""
-        super().pause()
-        if self.stage is not None:
-            self._unsized.clear()
 
     def finish(self) -> None:
         """Publish what the lag holds back."""
@@ -86,48 +72,27 @@ class MatcherNode(GaitNode):
     def process(self, frame: Parts) -> None:
         """Match a frame."""
         tracks = [read_track(frame, slot) for slot in range(self.slots)]
-        size = frame['size'] or tracks[0].likelihood.shape[::-1]
-        check_pixels(size)
-        stamp_ns = tracks[0].stamp_ns
-        self.enter(stamp_ns)
+        topic = self.resolve_topic_name('image_size')
+        if self._size is None and self.count_publishers(topic):
+            raise InputError(f'{topic} has a publisher, and nothing has come from it so far')
+        self.enter(tracks[0].stamp_ns)
+        size = self._size or tracks[0].likelihood.shape[::-1]
         results = self.stage.update(tracks, source_size=size)
-        self._held.hold(stamp_ns, frame)
+        self._held.hold(tracks[0].stamp_ns, frame[slot_topic(0, 'box')].header)
         self._publish(results)
 
     def process_unusable(self, frame: Parts) -> None:
         """Publish empty results."""
-        header = _header(frame)
         shape = claimed_shape(frame[slot_topic(0, 'likelihood')]) or (0, 0)
-        self._results.blank(shape, header)
-        self._debug.blank((*shape, 3), header)
+        self._results.blank(shape, frame[slot_topic(0, 'box')].header)
 
     def _publish(self, results: Sequence[Sequence[MatchResult]]) -> None:
         for matches in results:
-            message = self._held.take(matches[0].stamp_ns)
-            self._results.publish(matches, _header(message))
-            self._debug.publish_made(_header(message), self._picture, message, matches)
-
-    def _picture(self, parts: Parts, matches: Sequence[MatchResult]) -> NDArray[np.uint8]:
-        tracks = [read_track(parts, slot) for slot in range(self.slots)]
-        width = parts['size'][0] if parts['size'] else 0
-        return matching_picture([track.likelihood for track in tracks], matches, tracks, width)
-
-    def hand_over(self, stamp_ns: int, frame: Parts) -> None:
-        """Give a frame to the worker, or keep it until the size of the images is known."""
-        if self._size is None and self.count_publishers(self.resolve_topic_name('image_size')):
-            self._unsized.append((stamp_ns, frame))
-        else:
-            super().hand_over(stamp_ns, {**frame, 'size': self._size})
+            self._results.publish(matches, self._held.take(matches[0].stamp_ns))
 
     def _sized(self, message: RegionOfInterest) -> None:
         if message.width and message.height:
             self._size = (message.width, message.height)
-            while self._unsized:
-                self.hand_over(*self._unsized.popleft())
-
-
-def _header(parts: Parts) -> Header:
-    return parts[slot_topic(0, 'box')].header
 
 
 main = partial(run_node, MatcherNode)

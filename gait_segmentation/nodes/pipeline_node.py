@@ -5,14 +5,13 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import Header
 
+from gait_segmentation.inputs.encodings import claimed_shape
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
@@ -54,6 +53,7 @@ class PipelineNode(CameraNode):
         kinds = TrackingConfig, MatchingConfig, SegmentationConfig, PeopleConfig, StartingConfig
         config = PipelineConfig(*map(self.parameters.get, kinds))
         self.stage = Pipeline(config, self.bank, lookout=self.make_lookout())
+        self.parts = self.stage.tracker, self.stage.matcher, self.stage.segmenter
         self.make_intake()
         self._held: HeldFrames[tuple[NDArray[np.uint8], Header]] = HeldFrames()
         self._likelihood: tuple[int, ...] = (0, 0)
@@ -61,11 +61,6 @@ class PipelineNode(CameraNode):
         self._match = Outputs(self, match_topics(self.slots))
         self._segmentation = Outputs(self, mask_topics(self.slots))
         self._debug = Outputs(self, picture_topics())
-
-    def configured(self) -> Sequence[tuple[Any, str]]:
-        """Return where the configurations are."""
-        stages = self.stage.tracker, self.stage.matcher, self.stage.segmenter
-        return [(self.stage.tracker, 'starting'), *((each, 'config') for each in stages)]
 
     def finish(self) -> None:
         """Publish what the lag holds back."""
@@ -81,7 +76,8 @@ class PipelineNode(CameraNode):
 
     def process_unusable(self, frame: Parts) -> None:
         """Publish empty results."""
-        shape, header = self.shape_of(frame), frame['image'].header
+        shape = claimed_shape(frame['image']) or self.intake.shape or (0, 0)
+        header = frame['image'].header
         self._segmentation.blank(shape, header)
         for outputs in (self._track, self._match):
             outputs.blank(self._likelihood, header)

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -14,9 +13,7 @@ from sensor_msgs.msg import Image
 
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.nodes.camera_node import CameraNode
-from gait_segmentation.pictures import tracking_picture
-from gait_segmentation.ros.endpoints import subscribe
-from gait_segmentation.ros.outputs import Outputs, picture_topics, track_topics
+from gait_segmentation.ros.outputs import Outputs, track_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.streams.fields import (
@@ -56,46 +53,30 @@ class TrackerNode(CameraNode):
         self.make_intake()
         self._likelihood: tuple[int, ...] = (0, 0)
         self._results = Outputs(self, track_topics(self.slots))
-        self._debug = Outputs(self, picture_topics('~/'))
 
     def connect(self) -> None:
         """Subscribe to the feedback, to the camera and to first boxes."""
         parts = slot_topics(_FEEDBACK, self.slots)
         self._lessons = ExactJoin({'feedback': parts}, DEPTH)
         for topic, kind in parts.items():
-            subscribe(self, kind, topic, partial(self._feedback, topic))
+            self.subscribe(kind, topic, partial(self._feedback, topic))
         super().connect()
-
-    def configured(self) -> Sequence[tuple[Any, str]]:
-        """Return where the configurations are."""
-        return [(self.stage, 'config'), (self.stage, 'starting')]
 
     def process(self, frame: Parts) -> None:
         """Track a frame."""
         image, stamp_ns = self.take_image(frame)
-        header = frame['image'].header
-        tracks = self.stage.update(image, stamp_ns)
-        self.tracks = tracks
-        self._likelihood = tracks[0].likelihood.shape
-        self._results.publish(tracks, header)
-        self._debug.publish_made(header, tracking_picture, image, tracks)
+        self.tracks = self.stage.update(image, stamp_ns)
+        self._likelihood = self.tracks[0].likelihood.shape
+        self._results.publish(self.tracks, frame['image'].header)
 
     def process_unusable(self, frame: Parts) -> None:
         """Publish empty results."""
-        header = frame['image'].header
-        self._results.blank(self._likelihood, header)
-        self._debug.blank((*self.shape_of(frame), 3), header)
+        self._results.blank(self._likelihood, frame['image'].header)
 
     def _feedback(self, part: str, message: Any) -> None:
         parts = self._lessons.add(part, stamp_of(message.header), message)
         if parts is not None and self.enabled:
-            dropped = self.later(lambda: self._learn(parts), 'feedback', DEPTH)
-            if dropped:
-                self.warnings.warn_of(
-                    dropped,
-                    'the feedback of {} was dropped: there was no time to learn from it before '
-                    'more came',
-                )
+            self.later(lambda: self._learn(parts), 'feedback', DEPTH)
 
     def _learn(self, parts: Parts) -> None:
         try:

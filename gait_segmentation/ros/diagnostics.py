@@ -14,7 +14,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
-from gait_segmentation.streams.config import CameraConfig
+from gait_segmentation.streams.config import NODES, CameraConfig
+from gait_segmentation.streams.health import shortened
 
 _LATE_MS = 250.0
 """Latency (95th percentile) above which a node warns."""
@@ -27,11 +28,6 @@ _PATIENCE_S = 10.0
 
 _RAW, _COMPRESSED = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage'
 _SUFFIX = '/compressed'
-_OWN = ('gait_matcher', 'gait_pipeline', 'gait_segmenter', 'gait_tracker')
-"""Nodes whose images are no camera's."""
-
-_MOST = 4
-"""Topics that are named."""
 
 
 class Diagnostics:
@@ -46,34 +42,26 @@ class Diagnostics:
         node.create_timer(1.0, self.report, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def report(self) -> None:
-        """Publish a report."""
+        """Publish a report, or raise in the executor's thread what has ended the worker's."""
+        if self._node.failure is not None:
+            raise self._node.failure
         now_s = time.monotonic()
         self._publisher.publish(self.message(now_s, self._now(), self._missing(now_s)))
 
     def message(self, now_s: float, now: Time, missing: str = '') -> DiagnosticArray:
-        """
-        Describe how the node is doing.
-
-        :param now_s: steady time in seconds, ``now`` the node's clock.
-        :param missing: what a node that is stale waits for, empty if that is not known.
-        """
+        """Describe how the node is doing, at a steady time, and what it misses if it is stale."""
         node, statistics = self._node, self._node.statistics
         name, details = node.get_fully_qualified_name().strip('/'), node.status()
         median, high = statistics.latency_ms()
         frames, outputs = statistics.rates_hz(now_s)
         age_s = (now.sec * 10**9 + now.nanosec - statistics.last_stamp_ns) / 1e9
         dated = statistics.last_stamp_ns > 0 and (now.sec, now.nanosec) > (0, 0) and age_s >= 0
+        counts = ('received', 'processed', 'dropped', 'stale', 'failed')
         values = {
             'state': node.state if node.enabled else f'{node.state}, disabled',
             'input rate (Hz)': f'{frames:.1f}',
             'output rate (Hz)': f'{outputs:.1f}',
-            'received': str(statistics.received),
-            'processed': str(statistics.processed),
-            'skipped': str(statistics.skipped),
-            'failed': str(statistics.failed),
-            'lost on the wire': str(statistics.lost),
-            'incomplete': str(statistics.incomplete),
-            'stale': str(statistics.stale),
+            **{each: str(getattr(statistics, each)) for each in counts},
             'latency p50 (ms)': f'{median:.1f}',
             'latency p95 (ms)': f'{high:.1f}',
             'age of the last stamp (s)': f'{age_s if dated else math.nan:.3f}',
@@ -96,9 +84,12 @@ class Diagnostics:
 
     def _judged(self, state: str, now_s: float, missing: str) -> tuple[bytes, str]:
         """Return the level and what it is for; nothing is expected of who is not active."""
-        statistics, trouble = self._node.statistics, self._node.trouble()
+        statistics, trouble = self._node.statistics, self._node.trouble
         losses, failures = statistics.losses()
         quiet_s, late_ms = statistics.quiet_s(now_s), statistics.latency_ms()[1]
+        if state == 'active' and (twice := published_twice(self._node)):
+            self._node.warnings.warn('twice', twice)
+            return DiagnosticStatus.WARN, twice
         if state == 'active' and quiet_s > _QUIET_S:
             text = f'no input for {quiet_s:.0f} s'
             return DiagnosticStatus.STALE, text + f': {missing}' * bool(missing)
@@ -107,7 +98,7 @@ class Diagnostics:
         if failures:
             trouble = f'{failures} frames could not be used since the last report'
         elif losses:
-            trouble = f'{losses} frames lost, skipped or stale since the last report'
+            trouble = f'{losses} frames dropped or stale since the last report'
         elif late_ms > _LATE_MS:
             trouble = f'slow: 95 % of the outputs within {late_ms:.0f} ms'
         return (DiagnosticStatus.WARN, trouble) if trouble else (DiagnosticStatus.OK, state)
@@ -131,13 +122,31 @@ class Diagnostics:
         node = self._node
         waits = node.state == 'active' and node.enabled
         quiet_s = node.statistics.quiet_s(now_s) if waits else 0.0
-        missing = missing_input(node) if quiet_s > _QUIET_S else ''
+        missing = shortened(missing_input(node)) if quiet_s > _QUIET_S else ''
         if not missing:
             self._said = ''
         elif quiet_s > _PATIENCE_S and missing != self._said:
             self._said = missing
             node.get_logger().warning(missing)
         return missing
+
+
+def published_twice(node: Any) -> str:
+    """Say which other node publishes what a GaitNode publishes, empty if none does."""
+    for topic in (output.topic_name for output in node.outputs):
+        if node.count_publishers(topic) < 2:
+            continue
+        found = [
+            f'{each.node_namespace.rstrip("/")}/{each.node_name}'
+            for each in node.get_publishers_info_by_topic(topic)
+        ]
+        own = node.get_fully_qualified_name()
+        others = ' and '.join(sorted(set(found) - {own})) or f'another {own}'
+        return (
+            f'{others} publishes {topic}, too, so every frame has several answers: end it, or '
+            'give one of both a namespace (what was killed stays in the graph for 20 s)'
+        )
+    return ''
 
 
 def missing_input(node: Any) -> str:
@@ -148,8 +157,12 @@ def missing_input(node: Any) -> str:
     if sees and not node.count_publishers(node.resolve_topic_name(node.camera_topic)):
         return no_images(node, node.camera_topic)
     for by, topics in node.topics.items():
-        if absent := unpublished(node, topics, by):
-            return absent
+        # To count publishers does not remap.
+        names = map(node.resolve_topic_name, topics)
+        if absent := [name for name in names if not node.count_publishers(name)]:
+            return (
+                f'nothing to do: no node publishes {_listed(absent)}; is {by} running and active?'
+            )
     waits_for = '' if node.join is None else node.join.waits_for
     silent = waits_for or ('camera' if sees else next(iter(node.topics)))
     if silent == 'camera':
@@ -159,26 +172,8 @@ def missing_input(node: Any) -> str:
     )
 
 
-def unpublished(node: Node, topics: Iterable[str], by: str) -> str:
-    """
-    Say which topics no node publishes, empty if all are.
-
-    :param by: the node that usually does.
-    """
-    # To count publishers does not remap.
-    resolved = [node.resolve_topic_name(topic) for topic in topics]
-    names = [name for name in resolved if not node.count_publishers(name)]
-    if not names:
-        return ''
-    return f'nothing to do: no node publishes {_listed(names)}; is {by} running and active?'
-
-
 def no_images(node: Node, topic: str) -> str:
-    """
-    Say why there are no images on a topic, and where there are some.
-
-    :param topic: with ``/compressed`` at the end if they are to be compressed.
-    """
+    """Say why there are no images on a topic, raw or compressed, and where there are some."""
     name = node.resolve_topic_name(topic)
     compressed = topic.endswith(_SUFFIX)
     wanted, other = (_COMPRESSED, _RAW) if compressed else (_RAW, _COMPRESSED)
@@ -189,10 +184,9 @@ def no_images(node: Node, topic: str) -> str:
         return f'no images: what is published on {name} is {_listed(kinds)}, not {wanted}'
     sibling = name.removesuffix(_SUFFIX) if compressed else name + _SUFFIX
     if _from_cameras(node, sibling, other):
-        transport = 'raw' if compressed else 'compressed'
+        way = 'raw' if compressed else 'compressed'
         return (
-            f'no images: no node publishes {name}, but {sibling} is: set image_transport to '
-            f'{transport}'
+            f'no images: no node publishes {name}, but {sibling} is: set image_transport to {way}'
         )
     found = [
         each
@@ -208,12 +202,10 @@ def no_images(node: Node, topic: str) -> str:
 def _from_cameras(node: Node, name: str, kind: str) -> bool:
     """Return whether a node of another package publishes messages of a kind."""
     return any(
-        each.topic_type == kind and each.node_name not in _OWN
+        each.topic_type == kind and each.node_name not in NODES
         for each in node.get_publishers_info_by_topic(name)
     )
 
 
 def _listed(names: Iterable[str]) -> str:
-    listed = sorted(names)
-    more = len(listed) - _MOST
-    return ', '.join(listed[:_MOST]) + (f' and {more} more' if more > 0 else '')
+    return ', '.join(sorted(names))

@@ -4,19 +4,29 @@
 
 from __future__ import annotations
 
-import faulthandler
 import time
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
+from copy import copy
 from functools import partial
 from typing import Any, ClassVar
 
 import cv2
-from rclpy.exceptions import InvalidHandle
+from rclpy.event_handler import (
+    PublisherEventCallbacks,
+    QoSMessageLostInfo,
+    QoSRequestedIncompatibleQoSInfo,
+    SubscriptionEventCallbacks,
+)
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.publisher import Publisher
-from rclpy.qos import QoSProfile, qos_profile_parameters
+from rclpy.qos import (
+    DurabilityPolicy,
+    QoSProfile,
+    qos_policy_name_from_kind,
+    qos_profile_parameters,
+)
+from sensor_msgs.msg import CompressedImage, Image
 from std_srvs.srv import SetBool, Trigger
 
 from gait_segmentation.config import StageConfig
@@ -25,10 +35,10 @@ from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.kernels import compile_kernels, compiling
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.ros.diagnostics import Diagnostics
-from gait_segmentation.ros.endpoints import BETWEEN_NODES, camera_input, publisher, subscribe
+from gait_segmentation.ros.endpoints import BEST_EFFORT, BETWEEN_NODES, OVERRIDABLE
 from gait_segmentation.ros.parameters import NodeParameters
 from gait_segmentation.stamps import Order, Stamps
-from gait_segmentation.streams.backlog import Backlog, Worker
+from gait_segmentation.streams.backlog import Worker
 from gait_segmentation.streams.config import (
     BankConfig,
     CameraConfig,
@@ -47,7 +57,7 @@ def _transition(
     what: str,
     action: Callable[[Any], None],
     state: str,
-    undo: Callable[[Any], None] | None = None,
+    undo: Callable[[Any], None] = lambda node: None,
 ) -> Callable[[Any, LifecycleState], TransitionCallbackReturn]:
     """Return a callback of the life cycle that logs what fails, which rclpy would swallow."""
 
@@ -57,8 +67,7 @@ def _transition(
         except Exception as error:  # Whatever it is, the node goes on without.
             if node.context.ok():
                 node.get_logger().error(f'{what} failed: {type(error).__name__}: {error}')
-            if undo is not None:
-                undo(node)
+            undo(node)
             return TransitionCallbackReturn.FAILURE
         node.state = state
         return _SUCCESS
@@ -71,9 +80,8 @@ class GaitNode(LifecycleNode):
     A node that works on frames, of which all messages have come, in one thread of its own.
 
     The executor's thread only receives messages, joins them on their stamp and hands frames over;
-    stages are touched by the worker alone, so they need no locks.  Derived classes say what comes
-    in :attr:`kinds`, and the images of the camera as well if they have a :class:`CameraConfig`,
-    and what to do in the methods from :meth:`build` to :meth:`trouble`.
+    stages are touched by the worker alone, so they need no locks.  Derived classes say in
+    :attr:`kinds` what comes besides the images that those with a :class:`CameraConfig` see.
     """
 
     name: ClassVar[str]
@@ -92,6 +100,9 @@ class GaitNode(LifecycleNode):
     stage: Any = None
     """What works on frames, from :meth:`build` to the clean-up."""
 
+    parts: Sequence[Any] = ()
+    """What has the configurations, if that is not the stage itself."""
+
     bank: TemplateBank
     """What is asked for by :class:`BankConfig`, from :meth:`build` on."""
 
@@ -102,12 +113,7 @@ class GaitNode(LifecycleNode):
     """Of the life cycle."""
 
     def __init__(self, **options: Any) -> None:
-        """
-        Declare parameters and services; everything else waits for the life cycle.
-
-        :param options: passed on to rclpy's node.
-        :raises ConfigError: if a parameter has a value that is not allowed.
-        """
+        """Declare parameters and services: a ConfigError says what is not allowed."""
         super().__init__(self.name, **options)
         self.statistics = Statistics()
         self.warnings = Warnings(self.get_logger().warning, time.monotonic)
@@ -120,24 +126,21 @@ class GaitNode(LifecycleNode):
         """Types of what comes from other nodes by topic, by the node."""
 
         self.join: ExactJoin | None = None
+        self.trouble = ''
+        """What the diagnostics are to warn of."""
+
         self.unstamped = False
         """Whether the last that came could not be taken in for want of a stamp."""
 
         self._stamps = Stamps()
         self._worker: Worker | None = None
-        self.failure: BaseException | None = None
-        """What has ended the worker."""
-
         groups = [('', NodeConfig), *self.groups]
         self.parameters = NodeParameters(self, groups, changed=self._parameters_changed)
-        self._alarm = self.create_guard_condition(self._raise_failure)
         # As many requests may come at a time as to the services of parameters.
         many = {'qos_profile': qos_profile_parameters}
         self.create_service(SetBool, '~/enable', self._enable, **many)
         self.create_service(Trigger, '~/reset', self._reset, **many)
         self._diagnostics = Diagnostics(self)
-
-    # What derived classes do.
 
     @abstractmethod
     def build(self) -> None:
@@ -154,51 +157,31 @@ class GaitNode(LifecycleNode):
     def connect(self) -> None:
         """Subscribe to the outputs of the other nodes, and to the camera."""
         self.topics = {node: slot_topics(each, self.slots) for node, each in self.kinds.items()}
-        sees = self.has(CameraConfig)
-        self.join = self._make_join()
+        self._join_anew()
         for topics in self.topics.values():
             for topic, kind in topics.items():
-                subscribe(self, kind, topic, partial(self.receive, topic))
-        if sees:
-            kind, self.camera_topic, profile = camera_input(
-                self, self.parameters.get(CameraConfig)
-            )
-            subscribe(self, kind, self.camera_topic, partial(self.receive, 'image'), profile)
+                self.subscribe(kind, topic, partial(self.receive, topic))
+        if self.has(CameraConfig):
+            config = self.parameters.get(CameraConfig)
+            kind, self.camera_topic = Image, 'image'
+            if config.image_transport == 'compressed':
+                # As image_transport has it: beside the topic that image is remapped to.
+                kind = CompressedImage
+                self.camera_topic = f'{self.resolve_topic_name("image")}/compressed'
+            profile = BETWEEN_NODES if config.reliability == 'reliable' else BEST_EFFORT
+            self.subscribe(kind, self.camera_topic, partial(self.receive, 'image'), profile)
+
+    def finish(self) -> None:
+        """Publish what is held back (worker)."""
 
     def drop_tracks(self) -> None:
         """Publish what is held back and drop all tracks, but not what waits (worker)."""
         self.finish()
         self.stage.reset()
 
-    def stand_by(self) -> None:
-        """Let go of what waits for the next frame (worker)."""
-
-    def time_was_reset(self) -> None:
-        """Do what is to be done once tracks were dropped since stamps went back (worker)."""
-
-    def configured(self) -> Sequence[tuple[Any, str]]:
-        """Return the attributes, with their objects, that hold configurations of the stage."""
-        return [(self.stage, 'config')]
-
-    def finish(self) -> None:
-        """Publish what is held back (worker)."""
-
-    def release(self) -> None:
-        """Let go of what the stage holds outside of this process, before the clean-up."""
-
-    def pause(self) -> None:
-        """Drop what waits for its other parts: those that come now will be ignored."""
-        self.join = self._make_join()
-
     def status(self) -> dict[str, str]:
         """Return what the diagnostics are to report besides the usual."""
         return {'camera': self.resolve_topic_name('image')} if self.has(CameraConfig) else {}
-
-    def trouble(self) -> str:
-        """Return what the diagnostics are to warn of since this was last asked, empty if well."""
-        return ''
-
-    # What derived classes use.
 
     @classmethod
     def has(cls, kind: type[StageConfig]) -> bool:
@@ -210,49 +193,89 @@ class GaitNode(LifecycleNode):
         """Return how many people there may be."""
         return self.parameters.get(PeopleConfig).max_people
 
+    @property
+    def failure(self) -> BaseException | None:
+        """Return what has ended the worker: the node is no use any more."""
+        return None if self._worker is None else self._worker.failure
+
     def output(self, kind: Any, topic: str, profile: QoSProfile = BETWEEN_NODES) -> Any:
         """Make a publisher that lives until the clean-up."""
-        self.outputs.append(publisher(self, kind, topic, profile))
-        return self.outputs[-1]
+        made = self.create_publisher(
+            kind,
+            topic,
+            copy(profile),  # Overrides are written into it.
+            # Every event that could be reported costs the executor time in every round.
+            event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
+            qos_overriding_options=OVERRIDABLE,
+        )
+        self.outputs.append(made)
+        return made
 
-    def hand_over(self, stamp_ns: int, frame: Parts) -> None:
-        """Give a frame to the worker."""
-        self.unstamped = False
-        if self._worker is None:
-            return
-        now = time.monotonic()
-        self.statistics.arrived(now, stamp_ns)
-        dropped = self._worker.backlog.put((now, stamp_ns, frame))
-        if dropped:
-            self.statistics.skipped += dropped
-            self.warnings.warn_of(dropped, 'cannot keep up: dropped {} that waited')
+    def subscribe(
+        self,
+        kind: Any,
+        topic: str,
+        received: Callable[[Any], None],
+        profile: QoSProfile = BETWEEN_NODES,
+    ) -> None:
+        """Subscribe until the deactivation, and warn of what cannot come."""
 
-    def enter(self, stamp_ns: int) -> None:
-        """Let a frame in that could be read; a reset of time drops all tracks (worker)."""
-        back_s = (self._stamps.newest_ns - stamp_ns) / 1e9
-        if self._stamps.take(stamp_ns) is Order.RESET:
+        def incompatible(event: QoSRequestedIncompatibleQoSInfo) -> None:
+            policy = qos_policy_name_from_kind(event.last_policy_kind)
+            latched = profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
             self.warnings.warn(
-                'time',
-                f'the stamp went back by {back_s:.3f} s (a bag that loops?): everything is reset',
+                topic,
+                f'a publisher on {topic} offers an incompatible QoS ({policy}); no messages come '
+                'from it: it must be reliable' + ' and transient local' * latched,
             )
+
+        def lost(event: QoSMessageLostInfo) -> None:
+            self._dropped(
+                event.total_count_change,
+                'lost on the way: start the camera with FASTRTPS_DEFAULT_PROFILES_FILE set to '
+                'config/fastdds_shm.xml of this package (here it does not help), or set '
+                'reliability to reliable, or image_transport to compressed',
+            )
+
+        made = self.create_subscription(
+            kind,
+            topic,
+            received,
+            copy(profile),
+            event_callbacks=SubscriptionEventCallbacks(
+                incompatible_qos=incompatible,
+                # Of frames, which are counted.
+                message_lost=lost if topic == self.camera_topic else None,
+                use_default_callbacks=False,
+            ),
+            qos_overriding_options=OVERRIDABLE,
+        )
+        self.inputs.append(lambda: self.destroy_subscription(made))
+
+    def enter(self, stamp_ns: int) -> bool:
+        """Let a frame in that could be read; return whether time went back: a reset (worker)."""
+        back_s = (self._stamps.newest_ns - stamp_ns) / 1e9
+        back = self._stamps.take(stamp_ns) is Order.RESET
+        if back:
+            why = f'the stamp went back by {back_s:.3f} s (a bag that loops?)'
+            self.warnings.warn('time', f'{why}: everything is reset')
             self.drop_tracks()
-            self.time_was_reset()
+        return back
 
     def reset(self) -> None:
         """Drop all tracks and what waits for the next frame; any stamp may follow (worker)."""
         self.drop_tracks()
-        self.stand_by()
+        self.trouble = ''
         self._stamps = Stamps()
 
-    def later(self, call: Callable[[], None], kind: str = '', most: int = 1) -> int:
-        """Have something done by the worker before the next frame; see :meth:`Backlog.call`."""
-        return self._worker.backlog.call(call, kind, most) if self._worker is not None else 0
+    def later(self, call: Callable[[], None], kind: str = '', most: int = 1) -> None:
+        """Have something done by the worker before the next frame; see :meth:`Worker.call`."""
+        if self._worker is not None:
+            self._worker.call(call, kind, most)
 
     def drain(self, timeout_s: float) -> bool:
         """Wait until the worker has done what it was given; return whether it has."""
-        return self._worker is None or self._worker.backlog.drain(timeout_s)
-
-    # Life cycle.
+        return self._worker is None or self._worker.drain(timeout_s)
 
     def start(self) -> bool:
         """Configure and activate if the node starts itself; return whether that went well."""
@@ -271,14 +294,12 @@ class GaitNode(LifecycleNode):
         self.statistics = Statistics()
         # OpenCV takes 0 as "no threads at all" and a negative number as its default.
         cv2.setNumThreads(config.num_threads or -1)
-        # It may take longer than a node may hang; the next turn of the executor watches again.
-        faulthandler.cancel_dump_traceback_later()
         with compiling(self.get_logger().info):
             if self.has(BankConfig):
                 self.bank = open_bank(self.parameters.get(BankConfig).bank)
             compile_kernels(*self.packages)
         self.build()
-        self._worker = Worker(Backlog(config.backlog), self._work, self._worker_failed)
+        self._worker = Worker(config.backlog, self._work)
 
     def _activate(self) -> None:
         self.connect()
@@ -287,19 +308,17 @@ class GaitNode(LifecycleNode):
 
     def _deactivate(self) -> None:
         self._disconnect()
-        if self._worker is not None:
-            self._worker.backlog.drain(_DRAIN_S)
-            self.later(self.reset)
-            self._worker.backlog.drain(_DRAIN_S)
+        self.drain(_DRAIN_S)
+        self.later(self.reset)
+        self.drain(_DRAIN_S)
 
-    def _make_join(self) -> ExactJoin | None:
+    def _join_anew(self) -> None:
         # Images alone are complete as they are.
-        if not self.topics:
-            return None
-        stages = {**({'camera': ['image']} if self.has(CameraConfig) else {}), **self.topics}
-        keeps = self.has(SegmenterNodeConfig)
-        room = self.parameters.get(SegmenterNodeConfig).keep_images if keeps else DEPTH
-        return ExactJoin(stages, room)
+        if self.topics:
+            stages = {**({'camera': ['image']} if self.has(CameraConfig) else {}), **self.topics}
+            keeps = self.has(SegmenterNodeConfig)
+            room = self.parameters.get(SegmenterNodeConfig).keep_images if keeps else DEPTH
+            self.join = ExactJoin(stages, room)
 
     def _disconnect(self) -> None:
         while self.inputs:
@@ -311,9 +330,7 @@ class GaitNode(LifecycleNode):
             self._worker = None
         while self.outputs:
             self.destroy_publisher(self.outputs.pop())
-        if self.stage is not None:
-            self.release()
-        self.stage = None
+        self.stage, self.parts = None, ()
 
     on_configure = _transition('configuring', _configure, 'inactive', _tear_down)
     on_activate = _transition('activating', _activate, 'active', _disconnect)
@@ -321,68 +338,58 @@ class GaitNode(LifecycleNode):
     on_cleanup = _transition('cleaning up', _tear_down, 'unconfigured')
     on_shutdown = _transition('shutting down', close, 'finalized')
 
-    # Frames.
-
     def receive(self, part: str, message: Any) -> None:
         """Take in a message of a topic, and hand its frame over if it is complete with it."""
         stamp_ns = stamp_of(message.header)
-        if stamp_ns <= 0:
-            self.unstamped = True
+        self.unstamped = stamp_ns <= 0
+        if self.unstamped:
             self.warnings.warn(
                 'no stamp',
                 f'a message with the stamp {stamp_ns / 1e9:.9g} s is ignored: stamps tell frames '
                 'apart and must be above zero, so the camera driver must set header.stamp',
             )
-        elif not self.enabled:
             return
-        elif self.join is None:
-            self.hand_over(stamp_ns, {part: message})
-        else:
-            join = self.join
-            parts = join.add(part, stamp_ns, message)
-            self.statistics.skipped += join.skipped.total()
-            self.statistics.incomplete += join.missed.total()
-            self._note_stale(join.stale)
-            self.warnings.warn_of_missed(join)
-            join.skipped.clear()
-            join.missed.clear()
-            join.stale = 0
-            if parts is not None:
-                self.hand_over(stamp_ns, parts)
+        if not self.enabled or self._worker is None:
+            return
+        parts: Parts | None = {part: message}
+        if self.join is not None:
+            parts = self.join.add(part, stamp_ns, message)
+            for node, frames in self.join.dropped.items():
+                self._dropped(
+                    frames,
+                    f'{node} said nothing of them, or not all of it: it dropped them (its log '
+                    'says why), is disabled, was started again, or was later than '
+                    f'{self.join.capacity} frames that wait (keep_images of gait_segmenter)',
+                )
+            self.join.dropped.clear()
+        if parts is not None:
+            now_s = time.monotonic()
+            self.statistics.arrived(now_s, stamp_ns)
+            dropped = self._worker.put((now_s, stamp_ns, parts))
+            self._dropped(dropped, 'this node cannot keep up (docs: Overload)')
 
-    def _note_stale(self, frames: int) -> None:
+    def _dropped(self, frames: int, why: str) -> None:
+        """Count frames that will have no answer, and say why."""
+        self.statistics.dropped += frames
         if frames:
-            self.statistics.stale += frames
-            self.warnings.warn_of(frames, '{} dropped: the stamp is not later than the one before')
+            self.warnings.warn(why, f'frames dropped, {self.statistics.dropped} so far: {why}')
 
     def _work(self, item: tuple[float, int, Parts]) -> None:
         """Work on a frame, or answer one that is of no use empty (worker)."""
         arrived_s, stamp_ns, frame = item
         if self._stamps.order(stamp_ns) is Order.STALE:
-            self._note_stale(1)
+            self.statistics.stale += 1
+            said = f'{self.statistics.stale} frames stale so far: not later than the one before'
+            self.warnings.warn('stale', said)
             return
         try:
             self.process(frame)
         except GaitSegmentationError as error:
             self.statistics.failed += 1
-            about = f'frame {type(error).__name__}'
-            self.warnings.warn(about, f'a frame cannot be used: {error}')
+            self.warnings.warn('frame', f'a frame cannot be used: {error}')
             self.process_unusable(frame)
         now_s = time.monotonic()
         self.statistics.finished(now_s - arrived_s, now_s)
-
-    def _worker_failed(self, error: BaseException) -> None:
-        self.failure = error
-        # Which is over if the node was closed meanwhile.
-        with suppress(InvalidHandle):
-            self._alarm.trigger()
-
-    def _raise_failure(self) -> None:
-        """End the process, in the executor's thread: a node whose worker died is no use."""
-        if self.failure is not None and self.context.ok():
-            raise self.failure
-
-    # Services and parameters.
 
     def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         if bool(request.data) != self.enabled:
@@ -390,7 +397,8 @@ class GaitNode(LifecycleNode):
             if self.enabled:
                 self.statistics.expect(time.monotonic())
             else:
-                self.pause()
+                # What waits for its other parts waits in vain.
+                self._join_anew()
                 self.later(self.reset, 'reset')
         response.success = True
         response.message = 'enabled' if self.enabled else 'disabled: frames are ignored'
@@ -404,13 +412,14 @@ class GaitNode(LifecycleNode):
 
     def _parameters_changed(self, config: StageConfig) -> None:
         if isinstance(config, NodeConfig) and self._worker is not None:
-            self._worker.backlog.limit = config.backlog
+            self._worker.limit = config.backlog
         self.later(lambda: self._apply(config), type(config).__name__)
 
     def _apply(self, config: StageConfig) -> None:
         """Put a changed configuration into force (worker)."""
         if isinstance(config, self.restarting):
             self.finish()
-        for owner, name in self.configured():
-            if isinstance(config, type(getattr(owner, name))):
-                setattr(owner, name, config)
+        for owner in self.parts or (self.stage,):
+            for name in ('config', 'starting'):
+                if isinstance(config, type(getattr(owner, name, None))):
+                    setattr(owner, name, config)

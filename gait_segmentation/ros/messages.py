@@ -1,10 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""
-Messages of images, boxes, gait, places and people: one place for what each field means.
-
-Detections are those of vision_msgs since ROS 2 Humble, for those who have that package.
-"""
+"""Messages of images, boxes, gait, places and people: one place for what each field means."""
 
 from __future__ import annotations
 
@@ -40,9 +36,6 @@ if TYPE_CHECKING:
     from gait_segmentation.results import MatchResult, TrackResult
 
 
-_WIDTH_M = 0.5
-"""Width and depth of the body that is drawn."""
-
 _UPRIGHT = 1e-4
 """Variance of how upright a pose is, which it is by definition: readers may invert it."""
 
@@ -56,12 +49,7 @@ class Person(NamedTuple):
 
 
 def image_message(image: NDArray[np.uint8], header: Header) -> Image:
-    """
-    Make a message from an array.
-
-    :param image: (height, width) for ``mono8`` or (height, width, 3) for ``bgr8``, uint8.
-    :param header: the header of the source image, taken over as it is.
-    """
+    """Make a message from an array, (height, width) for mono8 or (height, width, 3) for bgr8."""
     message = Image()
     message.header = header
     message.height, message.width = image.shape[:2]
@@ -75,11 +63,7 @@ def image_message(image: NDArray[np.uint8], header: Header) -> Image:
 
 
 def compressed_message(image: NDArray[np.uint8], header: Header) -> CompressedImage:
-    """
-    Make a message of a PNG from a mask, and of a JPEG from a picture; without pixels it is empty.
-
-    :param image: see :func:`image_message`; ``header`` likewise.
-    """
+    """Make a message of a PNG from a mask, of a JPEG from a picture, empty without pixels."""
     grey = image.ndim == 2
     message = CompressedImage(header=header)
     message.format = 'mono8; png compressed ' if grey else 'bgr8; jpeg compressed bgr8'
@@ -91,11 +75,7 @@ def compressed_message(image: NDArray[np.uint8], header: Header) -> CompressedIm
 
 
 def box_message(corners: Corners, track_id: int, header: Header) -> PolygonInstanceStamped:
-    """
-    Make a message from corners in source pixels.
-
-    :param corners: four (x, y) clockwise from the top left, none if no person is tracked.
-    """
+    """Make a message from corners in source pixels, none if no person is tracked."""
     message = PolygonInstanceStamped(header=header)
     message.polygon.id = track_id
     message.polygon.polygon.points = [Point32(x=float(x), y=float(y)) for x, y in corners]
@@ -125,7 +105,7 @@ def pose_message(location: Location, header: Header) -> PoseWithCovarianceStampe
 def walk_message(location: Location, header: Header) -> JointState:
     """Describe heading, speed and step length, as far as they are known."""
     values = _walk(location)
-    return JointState(header=header, name=list(values), position=list(values.values()))
+    return JointState(header=header, name=[*values], position=[*values.values()])
 
 
 def detection_types() -> Any:
@@ -143,13 +123,11 @@ def tracks_message(tracks: Sequence[TrackResult], header: Header, types: Any) ->
     ``id`` is the track id, ``score`` the confidence of the track, ``class_id`` is ``person`` and
     ``theta`` the tilt of the box in radians, positive with the head to the right.
     """
-    found = [
-        _detection(
-            track.box, track.angle, track.track_id, {'person': track.confidence}, header, types
-        )
-        for track in tracks
-        if track.box is not None
-    ]
+    found = []
+    for track in tracks:
+        if track.box is not None:
+            sure = {'person': track.confidence}
+            found.append(_detection(track.box, track.angle, track.track_id, sure, header, types))
     return types.Detection2DArray(header=header, detections=found)
 
 
@@ -162,7 +140,14 @@ def people_message(people: Sequence[Person], header: Header, types: Any) -> Any:
     """
     found = []
     for match, box, location in people:
-        each = _detection(box, 0.0, match.track_id, _numbers(match, location), header, types)
+        numbers = {
+            'person': match.similarity,
+            'phase': match.phase,
+            'cadence': match.phase_rate,
+            'view_azimuth': match.azimuth,
+            **({} if location is None else _walk(location)),
+        }
+        each = _detection(box, 0.0, match.track_id, numbers, header, types)
         if location is not None:
             each.results[0].pose = pose_message(location, header).pose
         found.append(each)
@@ -192,7 +177,7 @@ def markers_message(people: Sequence[Person], header: Header) -> MarkerArray:
         if location.speed is not None:
             about.append(f'{location.speed:.1f} m/s')
         shapes = (
-            ('body', Marker.CYLINDER, tall / 2, (_WIDTH_M, _WIDTH_M, tall), 0.5),
+            ('body', Marker.CYLINDER, tall / 2, (0.5, 0.5, tall), 0.5),
             ('heading', Marker.ARROW, tall / 2, (1.0, 0.1, 0.1), 1.0),
             ('about', Marker.TEXT_VIEW_FACING, tall + 0.2, (0.2, 0.2, 0.2), 1.0),
         )
@@ -206,23 +191,9 @@ def markers_message(people: Sequence[Person], header: Header) -> MarkerArray:
 
 
 def _walk(location: Location) -> dict[str, float]:
-    known = {
-        'heading': location.yaw,
-        'speed': location.speed,
-        'step_length': location.step_length,
-    }
+    names = {'heading': 'yaw', 'speed': 'speed', 'step_length': 'step_length'}
+    known = {name: getattr(location, field) for name, field in names.items()}
     return {name: float(value) for name, value in known.items() if value is not None}
-
-
-def _numbers(match: MatchResult, location: Location | None) -> dict[str, float]:
-    """Return what is known of a person, by name."""
-    return {
-        'person': match.similarity,
-        'phase': match.phase,
-        'cadence': match.phase_rate,
-        'view_azimuth': match.azimuth,
-        **({} if location is None else _walk(location)),
-    }
 
 
 def _detection(
@@ -234,12 +205,10 @@ def _detection(
         size_x=float(box.width),
         size_y=float(box.height),
     )
-    results = [
-        types.ObjectHypothesisWithPose(
-            hypothesis=types.ObjectHypothesis(class_id=name, score=float(value))
-        )
-        for name, value in numbers.items()
-    ]
+    results = []
+    for name, value in numbers.items():
+        guess = types.ObjectHypothesis(class_id=name, score=float(value))
+        results.append(types.ObjectHypothesisWithPose(hypothesis=guess))
     return types.Detection2D(header=header, results=results, bbox=bounds, id=str(track_id))
 
 

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-What the stages publish, as tables: topic, type, and what makes a message of a result.
+What the stages publish, as tables: by topic the type, and what makes a message of a result.
 
 A message without subscribers is not made: of a frame's it would take a millisecond.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from geometry_msgs.msg import PolygonInstanceStamped, PoseWithCovarianceStamped
@@ -47,44 +47,11 @@ if TYPE_CHECKING:
     from gait_segmentation.results import MatchResult
     from gait_segmentation.ros.lifecycle import GaitNode
 
+Table = dict[str, tuple[Any, Callable[[Any, Any], Any]]]
 
-class Output(NamedTuple):
-    """The type of a topic's messages, and what makes one of a result and a header."""
-
-    kind: Any
-    make: Callable[[Any, Header], Any]
-
-
-Table = Mapping[str, Output]
-
-_IMAGES: dict[Any, Callable[..., Any]] = {
+_IMAGES: Mapping[Any, Callable[..., Any]] = {
     Image: image_message,
     CompressedImage: compressed_message,
-}
-
-_OF_TRACK = {
-    'box': Output(
-        PolygonInstanceStamped,
-        lambda track, header: box_message(track_corners(track), track.track_id, header),
-    ),
-    'likelihood': Output(Image, lambda track, header: image_message(track.likelihood, header)),
-}
-_OF_MATCH = {
-    'matched_box': Output(
-        PolygonInstanceStamped,
-        lambda match, header: box_message(matched_corners(match), match.track_id, header),
-    ),
-    'refined_box': Output(
-        PolygonInstanceStamped,
-        lambda match, header: box_message(refined_corners(match), match.track_id, header),
-    ),
-    'gait': Output(JointState, gait_message),
-    'shape_prior': Output(Image, lambda match, header: image_message(match.shape_prior, header)),
-}
-_OF_MASK = {'mask': Output(Image, lambda found, header: image_message(found.mask, header))}
-_OF_PLACE = {
-    'pose': Output(PoseWithCovarianceStamped, pose_message),
-    'walk': Output(JointState, walk_message),
 }
 
 
@@ -94,18 +61,12 @@ class Outputs:
     def __init__(self, node: GaitNode, table: Table) -> None:
         """Make the publishers."""
         self._topics = [
-            (each, node.output(each.kind, topic), topic) for topic, each in table.items()
+            (kind, make, node.output(kind, topic)) for topic, (kind, make) in table.items()
         ]
-
-    def heard(self) -> set[str]:
-        """Return the topics that have subscribers."""
-        return {
-            topic for _, publisher, topic in self._topics if publisher.get_subscription_count()
-        }
 
     def publish(self, result: Any, header: Header) -> None:
         """Publish the messages of a result, but for those of which nothing is known."""
-        for (_, make), publisher, _ in self._topics:
+        for _, make, publisher in self._topics:
             if publisher.get_subscription_count():
                 message = make(result, header)
                 if message is not None:
@@ -113,13 +74,13 @@ class Outputs:
 
     def publish_made(self, header: Header, make: Callable[..., Any], *about: Any) -> None:
         """Make a result and publish its messages, if there are subscribers."""
-        if self.heard():
+        if any(publisher.get_subscription_count() for _, _, publisher in self._topics):
             self.publish(make(*about), header)
 
     def blank(self, shape: tuple[int, ...], header: Header) -> None:
         """Publish empty results; ``shape`` is that of the images, which are one message."""
         black: dict[Any, Any] = {}
-        for (kind, _), publisher, _ in self._topics:
+        for kind, _, publisher in self._topics:
             if not publisher.get_subscription_count():
                 continue
             if kind in _IMAGES and kind not in black:
@@ -129,67 +90,81 @@ class Outputs:
 
 def track_topics(slots: int) -> Table:
     """Return the outputs of the tracks of all slots."""
-    table, types = _of_slots(_OF_TRACK, slots), detection_types()
-    if types is not None:
-        make = partial(tracks_message, types=types)
-        table['tracks'] = Output(types.Detection2DArray, make)
+    table = _of_slots(
+        slots,
+        {
+            'box': (
+                PolygonInstanceStamped,
+                lambda track, header: box_message(track_corners(track), track.track_id, header),
+            ),
+            'likelihood': (Image, lambda track, header: image_message(track.likelihood, header)),
+        },
+    )
+    if types := detection_types():
+        table['tracks'] = (types.Detection2DArray, partial(tracks_message, types=types))
     return table
 
 
 def match_topics(slots: int) -> Table:
     """Return the outputs of the matches of all slots."""
-    return _of_slots(_OF_MATCH, slots)
+    return _of_slots(
+        slots,
+        {
+            'matched_box': (
+                PolygonInstanceStamped,
+                lambda match, header: box_message(matched_corners(match), match.track_id, header),
+            ),
+            'refined_box': (
+                PolygonInstanceStamped,
+                lambda match, header: box_message(refined_corners(match), match.track_id, header),
+            ),
+            'gait': (JointState, gait_message),
+            'shape_prior': (Image, lambda match, header: image_message(match.shape_prior, header)),
+        },
+    )
 
 
 def mask_topics(slots: int) -> Table:
     """Return the outputs of :class:`PeopleMasks`, first what most listen to."""
+    own: Table = {'mask': (Image, lambda found, header: image_message(found.mask, header))}
     return {
-        'mask': Output(Image, lambda masks, header: image_message(masks.mask, header)),
-        **_of_slots(_OF_MASK, slots, lambda masks, slot: masks.people[slot]),
-        'labels': Output(Image, lambda masks, header: image_message(masks.labels, header)),
-        'mask/compressed': Output(
-            CompressedImage, lambda masks, header: compressed_message(masks.mask, header)
+        **own,
+        **_of_slots(slots, own, lambda masks, slot: masks.people[slot]),
+        'labels': (Image, lambda masks, header: image_message(masks.labels, header)),
+        'mask/compressed': (
+            CompressedImage,
+            lambda masks, header: compressed_message(masks.mask, header),
         ),
     }
 
 
-def picture_topics(before: str = '') -> Table:
-    """
-    Return the outputs of a picture for people, (H, W, 3) uint8 BGR.
-
-    :param before: what nodes whose pictures are not the final ones put before the name.
-    """
+def picture_topics() -> Table:
+    """Return the outputs of a picture for people, (H, W, 3) uint8 BGR."""
     return {
-        f'{before}debug_image{suffix}': Output(kind, _IMAGES[kind])
-        for suffix, kind in (('', Image), ('/compressed', CompressedImage))
+        'debug_image': (Image, image_message),
+        'debug_image/compressed': (CompressedImage, compressed_message),
     }
 
 
 def people_topics(slots: int) -> Table:
     """Return the outputs of what :func:`seen` returns: places, and all people in one message."""
-    makers = {'boxes': (ImageMarker, boxes_message), 'markers': (MarkerArray, markers_message)}
-    types = detection_types()
-    if types is not None:
-        makers['people'] = (types.Detection2DArray, partial(people_message, types=types))
-    all_people = {
-        topic: Output(kind, partial(_of_everybody, make)) for topic, (kind, make) in makers.items()
-    }
-    return {**_of_slots(_OF_PLACE, slots, Seen.location), **all_people}
+    table = _of_slots(
+        slots,
+        {'pose': (PoseWithCovarianceStamped, pose_message), 'walk': (JointState, walk_message)},
+        lambda found, slot: found[1][slot],
+    )
+    table['boxes'] = ImageMarker, lambda found, header: boxes_message(found[0], header)
+    table['markers'] = MarkerArray, lambda found, header: markers_message(found[0], header)
+    if types := detection_types():
+        table['people'] = (
+            types.Detection2DArray,
+            lambda found, header: people_message(found[0], header, types),
+        )
+    return table
 
 
-def _of_everybody(make: Callable[..., Any], found: Seen, header: Header) -> Any:
-    return make(found.people, header)
-
-
-class Seen(NamedTuple):
-    """Who is seen in a frame, and what is known of the place of each slot, if anything is."""
-
-    people: Sequence[Person] = ()
-    locations: Sequence[Location | None] = ()
-
-    def location(self, slot: int) -> Location | None:
-        """Return the place of a slot, None if it is not known."""
-        return self.locations[slot] if self.locations else None
+Seen = tuple[Sequence[Person], Sequence['Location | None']]
+"""Who is seen in a frame, and the place of each slot as far as it is known."""
 
 
 def seen(
@@ -198,18 +173,19 @@ def seen(
     locations: Sequence[Location | None],
 ) -> Seen:
     """Return who is seen, given what is known of each slot."""
-    found = Seen(locations=locations)
     people = [
-        Person(match, box, found.location(slot))
-        for slot, (match, mask) in enumerate(zip(matches, masks, strict=True))
+        Person(match, box, location)
+        for match, mask, location in zip(matches, masks, locations, strict=True)
         if match.body is not None and (box := Box.around(mask)) is not None
     ]
-    return found._replace(people=people)
+    return people, locations
 
 
 def _of_slots(
-    table: Table, slots: int, choose: Callable[[Any, int], Any] = lambda results, k: results[k]
-) -> dict[str, Output]:
+    slots: int,
+    table: Table,
+    choose: Callable[[Any, int], Any] = lambda results, slot: results[slot],
+) -> Table:
     """Return the outputs of all slots; ``choose`` returns what is known of one, perhaps None."""
 
     def of_slot(make: Callable[..., Any], slot: int, results: Any, header: Header) -> Any:
@@ -217,7 +193,7 @@ def _of_slots(
         return None if result is None else make(result, header)
 
     return {
-        slot_topic(slot, name): Output(each.kind, partial(of_slot, each.make, slot))
+        slot_topic(slot, name): (kind, partial(of_slot, make, slot))
         for slot in range(slots)
-        for name, each in table.items()
+        for name, (kind, make) in table.items()
     }

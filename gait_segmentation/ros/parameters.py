@@ -45,26 +45,16 @@ def descriptor(about: Parameter) -> ParameterDescriptor:
         read_only=about.read_only,
     )
     if about.minimum is not None and about.maximum is not None:
+        ends = {'from_value': about.type(about.minimum), 'to_value': about.type(about.maximum)}
         if about.type is int:
-            made.integer_range = [
-                IntegerRange(from_value=int(about.minimum), to_value=int(about.maximum), step=1)
-            ]
-        elif about.type is float:
-            made.floating_point_range = [
-                FloatingPointRange(
-                    from_value=float(about.minimum), to_value=float(about.maximum), step=0.0
-                )
-            ]
+            made.integer_range = [IntegerRange(**ends, step=1)]
+        else:
+            made.floating_point_range = [FloatingPointRange(**ends, step=0.0)]
     return made
 
 
 class NodeParameters:
-    """
-    The parameters of a node as frozen configurations, changed as a whole or not at all.
-
-    ``configs`` maps the group (the stage's name, empty for the node's own) and the class to the
-    configuration in force.
-    """
+    """The parameters of a node as frozen configurations, changed as a whole or not at all."""
 
     def __init__(
         self,
@@ -89,7 +79,12 @@ class NodeParameters:
             for group, kind in self._groups
             for about in parameters_of(kind)
         }
-        values = {name: self._declared(name, about) for name, about in self._abouts.items()}
+        # For now of any type: with its own, rclpy would refuse 1 for 1.0.
+        free = ParameterDescriptor(dynamic_typing=True)
+        values = {
+            name: about.meant(node.declare_parameter(name, about.default, free).value)
+            for name, about in self._abouts.items()
+        }
         self._configs = self._made(values)
         node.set_parameters_atomically(
             [RclpyParameter(name, value=value) for name, value in values.items()]
@@ -105,15 +100,6 @@ class NodeParameters:
         node.add_pre_set_parameters_callback(self._read)
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._swap)
-
-    def _declared(self, name: str, about: Parameter) -> Any:
-        """
-        Declare a parameter, for now of any type, and return what its value stands for.
-
-        With its own type, rclpy would refuse 1 for 1.0.
-        """
-        free = ParameterDescriptor(dynamic_typing=True)
-        return about.meant(self._node.declare_parameter(name, about.default, free).value)
 
     def get(self, kind: type[Config]) -> Config:
         """Return the configuration of a class that is in force."""
@@ -144,30 +130,23 @@ class NodeParameters:
         return read
 
     def _check(self, parameters: list[RclpyParameter]) -> SetParametersResult:
-        try:
-            self._refuse_fixed(parameters)
-            self._made({each.name: each.value for each in parameters})
-        except ConfigError as error:
-            return SetParametersResult(successful=False, reason=str(error))
-        return SetParametersResult(successful=True)
-
-    def _refuse_fixed(self, parameters: list[RclpyParameter]) -> None:
-        """
-        Refuse to change what the node has been configured with.
-
-        :raises ConfigError: if something else than it has is given, and it is not unconfigured.
-        """
         state = self._node.state
         for each in parameters:
             about = self._abouts.get(each.name)
             if about is None or not about.fixed or state == 'unconfigured':
                 continue
+            # What a file that was dumped gives back is no change.
             now = self._node.get_parameter(each.name).get_parameter_value()
             if each.get_parameter_value() != now:
-                raise ConfigError(
-                    f'{each.name} is read when the node is configured, and it is {state}: '
+                return SetParametersResult(
+                    reason=f'{each.name} is read when the node is configured, and it is {state}: '
                     'deactivate it and clean it up first'
                 )
+        try:
+            self._made({each.name: each.value for each in parameters})
+        except ConfigError as error:
+            return SetParametersResult(reason=str(error))
+        return SetParametersResult(successful=True)
 
     def _swap(self, parameters: list[RclpyParameter]) -> None:
         before = self._configs

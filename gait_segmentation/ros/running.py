@@ -6,38 +6,40 @@ from __future__ import annotations
 
 import argparse
 import faulthandler
+import fcntl
 import gc
 import inspect
 import os
+import re
 import signal
 import sys
 import tempfile
+import time
 from collections.abc import Iterator, Sequence
-from functools import partial
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 
 import cv2
 import rclpy
 import yaml
-from rclpy.clock import Clock, ClockType
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.utilities import remove_ros_args
 
 from gait_segmentation.ros.endpoints import said_by
 from gait_segmentation.ros.lifecycle import GaitNode
-from gait_segmentation.ros.shared_memory import remove_dead_segments
 from gait_segmentation.streams.config import CameraConfig, unused
-
-_TURN_S, _HANGS_S = 2.0, 20.0
-"""How often a node says that it lives, and time without after which its process ends."""
 
 _LONGEST_S = 4.0
 """Time that closing may take: a call into the DDS may block for ever."""
 
+_LOCK = re.compile(r'((fastrtps|fastdds)_[0-9a-z]{16})_el')
+_YOUNG_S = 10.0
+"""Age up to which a lock may not have been taken yet by the process that has just made it."""
+
 _EPILOG = """\
-exit code: 0, also after Ctrl-C; 1 if the node cannot be started, or if it
-hung, with the stacks of its threads; 2 if the command line is wrong
+exit code: 0, also after Ctrl-C; 1 if the node cannot be started; 2 if the
+command line is wrong
 
 examples (after colcon build with "ros2 run gait_segmentation" in front)
   %(prog)s --ros-args -r {remap}
@@ -64,7 +66,7 @@ def run_node(make: type[GaitNode], arguments: list[str] | None = None) -> int:
     # As in services: rcl would find no place for its logs, or make a folder that is named ~.
     if not os.environ.get('HOME'):
         os.environ.setdefault('ROS_LOG_DIR', tempfile.gettempdir())
-    remove_dead_segments()
+    remove_dead_segments(Path('/dev/shm'))
     node: GaitNode | None = None
     code = 2
     try:
@@ -100,17 +102,9 @@ def run_node(make: type[GaitNode], arguments: list[str] | None = None) -> int:
 
 
 def _spin(node: GaitNode) -> None:
-    """
-    Call back until the context is shut down.
-
-    What rclpy raises of a message or a request, such as a transition that there is not, is logged;
-    an error of the node's own worker is raised.
-    """
+    """Call back until the end; log what rclpy raises of a request, raise what the worker did."""
     executor = SingleThreadedExecutor()
     executor.add_node(node)
-    # The thread that ends a process that hangs needs no lock of the interpreter's.
-    watch = partial(faulthandler.dump_traceback_later, _HANGS_S, exit=True, file=2)
-    node.create_timer(_TURN_S, watch, clock=Clock(clock_type=ClockType.STEADY_TIME))
     while node.context.ok():
         try:
             executor.spin()
@@ -123,12 +117,7 @@ def _spin(node: GaitNode) -> None:
 
 
 def unused_files(arguments: Sequence[str], name: str) -> Iterator[str]:
-    """
-    Yield what to say of parameter files on a command line from which no node of ours gets any.
-
-    :param arguments: the command line, with ROS arguments.
-    :param name: the node's, which may be remapped.
-    """
+    """Yield what to say of parameter files on a command line that set nothing for the node."""
     for option, file in pairwise(arguments):
         if option == '--params-file':
             why = unused(yaml.safe_load(Path(file).read_text(encoding='utf-8')), name)
@@ -145,13 +134,35 @@ def silence_opencv() -> None:
 
 def _check(make: type[GaitNode], arguments: list[str]) -> None:
     """Show the usage if it is asked for, or if there is anything but ROS arguments."""
+    remap = 'image:=/camera/image_raw' if make.has(CameraConfig) else '__ns:=/robot1'
     parser = argparse.ArgumentParser(
         prog=make.name,
         usage='%(prog)s [--ros-args [-p NAME:=VALUE] [-r FROM:=TO] [--params-file FILE] ...]',
         description=inspect.getdoc(make),
-        epilog=_EPILOG.format(
-            remap='image:=/camera/image_raw' if make.has(CameraConfig) else '__ns:=/robot1'
-        ),
+        epilog=_EPILOG.format(remap=remap),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.parse_args(remove_ros_args(arguments)[1:])
+
+
+def remove_dead_segments(folder: Path) -> None:
+    """
+    Remove the segments of Fast DDS whose processes are gone, as ``fastdds shm clean`` does.
+
+    Without this the memory of killed nodes stays until the next boot.  Only this user's segments
+    are looked at; a process holds the lock of its segment for as long as it lives.
+    """
+    for lock in sorted(folder.iterdir()) if folder.is_dir() else ():
+        named = _LOCK.fullmatch(lock.name)
+        # Another process may be cleaning up as well, and a lock that is held is an OSError.
+        with suppress(OSError):
+            about = lock.lstat()
+            if named and about.st_uid == os.geteuid() and time.time() - about.st_mtime > _YOUNG_S:
+                held = os.open(lock, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC)
+                try:
+                    fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    if os.path.samestat(os.fstat(held), lock.stat()):
+                        (folder / named[1]).unlink(missing_ok=True)
+                        lock.unlink()
+                finally:
+                    os.close(held)

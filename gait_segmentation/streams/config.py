@@ -30,8 +30,8 @@ class NodeConfig(StageConfig):
     )
     backlog: int = parameter(
         10,
-        'Frames that may wait. When more come, all but the newest are dropped, and only one waits '
-        'until the node has caught up.',
+        'Frames that may wait. When more come, all but the newest are dropped. Must be at least '
+        'matching.lag, of which the frames come at once at the end.',
         unit='frames',
         minimum=1,
         maximum=1000,
@@ -113,11 +113,7 @@ class StartConfig(StageConfig):
         self.box()
 
     def box(self) -> Box | None:
-        """
-        Return the box, None if there is none.
-
-        :raises ConfigError: if the numbers make none.
-        """
+        """Return the box, None if there is none."""
         try:
             return Box(*self.initial_box) if any(self.initial_box) else None
         except InputError as error:
@@ -190,13 +186,12 @@ NODES = tuple(
 )
 """The nodes of this package, which one parameter file may serve."""
 
+_STAGES = ('detector', 'localization', 'matching', 'segmentation', 'starting', 'tracking')
+"""What the parameters of their stages begin with."""
+
 
 def sections_of(content: Any, path: str = '') -> Iterator[tuple[str, dict[str, Any]]]:
-    """
-    Yield what a ROS parameter file says to nodes: name, without namespace, and parameters.
-
-    :param content: of the file, as YAML has it.
-    """
+    """Yield what a ROS parameter file says to nodes: name, without namespace, and parameters."""
     if isinstance(content, dict):
         given = content.get('ros__parameters')
         if isinstance(given, dict):
@@ -206,11 +201,7 @@ def sections_of(content: Any, path: str = '') -> Iterator[tuple[str, dict[str, A
 
 
 def unused(content: Any, *names: str) -> str:
-    """
-    Say why nothing in a ROS parameter file is for a node of this package, empty if something is.
-
-    :param names: what the nodes are called besides their own names.
-    """
+    """Say why a ROS parameter file sets nothing in our nodes, or in such of these names."""
     ours = {*NODES, '*', '**', *names}
     if any(name in ours for name, _ in sections_of(content)):
         return ''
@@ -232,10 +223,9 @@ def misnamed(given: Iterable[str], known: Collection[str]) -> dict[str, str]:
     Return which parameters given to a node are probably meant to be others that it has.
 
     Those of other nodes are no mistake, as one file may serve all: only what claims to be of a
-    stage of the node, or what nearly has the name of a parameter or of a stage.
+    stage of the node, what nearly has the name of a parameter or of a stage, or what has that of
+    a parameter behind a prefix that no node has, or none.
 
-    :param given: names.
-    :param known: names of the parameters the node has.
     :returns: from each such name to the most similar one, empty if none is.
     """
     stages: dict[str, list[str]] = {}
@@ -243,11 +233,13 @@ def misnamed(given: Iterable[str], known: Collection[str]) -> dict[str, str]:
         stage, _, own = name.rpartition('.')
         stages.setdefault(stage, []).append(own)
     found = {}
-    for name in given:
+    for name in (each for each in given if each not in known):
         stage, _, own = name.rpartition('.')
         meant = stage if stage in stages else _most_alike(stage, stages)
         alike = _most_alike(own, stages.get(meant, ())) if meant or not stage else ''
-        if name not in known and (alike or (stage and stage in stages)):
+        if not alike and stage not in _STAGES and not name.startswith('qos_overrides.'):
+            meant, alike = next(((s, own) for s in stages if own in stages[s]), ('', ''))
+        if alike or (stage and stage in stages):
             found[name] = qualified(meant, alike) if alike else ''
     return found
 

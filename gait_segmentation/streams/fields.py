@@ -1,17 +1,13 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""
-Topics, and what their messages say of a result in numbers, in both directions.
-
-Shared by nodes and commands, so messages may be of any class with the fields of ROS's.
-"""
+"""Topics, and what messages of any class with ROS's fields say of a result, in both directions."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
@@ -22,18 +18,10 @@ from gait_segmentation.results import Feedback, MatchResult, TrackResult
 Kind = TypeVar('Kind')
 
 DEPTH = 30
-"""
-Frames that a publisher keeps for a reader that is slow to acknowledge; as many may wait for their
-other parts.
-"""
+"""Frames that a publisher keeps for slow readers, and that may wait for their other parts."""
 
 GAIT_NAMES = ('gait_phase', 'view_azimuth')
-"""
-Joints of the gait message: radians of the stride with their rate, and walking direction.
-
-Their efforts say how sure they are: the probability that the phase is right, and the similarity of
-the matched template with the likelihood, both 0..1.
-"""
+"""Joints of the gait message: radians, and as effort how sure they are."""
 
 TEMPLATE_NAMES = ('template_sequence', 'template_phase')
 """Further joints, which are optional: the numbers of the matched template in the bank."""
@@ -48,11 +36,7 @@ def slot_topic(slot: int, name: str) -> str:
 
 
 def slot_topics(kinds: Mapping[str, Kind], slots: int) -> dict[str, Kind]:
-    """
-    Return the message types of all slots by topic.
-
-    :param kinds: those of one slot by name.
-    """
+    """Return the message types of all slots by topic, given those of one by name."""
     return {slot_topic(slot, name): kind for slot in range(slots) for name, kind in kinds.items()}
 
 
@@ -69,11 +53,7 @@ def track_corners(track: TrackResult) -> Corners:
 
 
 def matched_corners(match: MatchResult) -> Corners:
-    """
-    Return what ``matched_box`` says: the tracked box where the path places it.
-
-    It is turned about its centre as the tracked box is.
-    """
+    """Return what ``matched_box`` says: the tracked box, turned as it is, where the path is."""
     if match.body is None or match.placed is None:
         return ()
     return match.body.corners(match.placed.width)
@@ -85,11 +65,7 @@ def refined_corners(match: MatchResult) -> Corners:
 
 
 def gait_joints(match: MatchResult) -> tuple[tuple[Any, ...], ...]:
-    """
-    Return what ``gait`` says of a match: names, positions, velocities and efforts of its joints.
-
-    All are empty if no person is tracked.
-    """
+    """Return names, positions, velocities and efforts of the joints of ``gait``, if any."""
     if match.body is None:
         return (), (), (), ()
     turn = 2 * math.pi
@@ -116,11 +92,7 @@ def stamp_of(header: Any) -> int:
 
 
 def points_of(message: Any) -> Corners:
-    """
-    Return the corners of a box message, none if no person is tracked.
-
-    :raises InputError: if there are neither 0 nor 4 points, or one is not finite.
-    """
+    """Return the corners of a box message, 4 or none; an InputError says what is wrong."""
     points = tuple((point.x, point.y) for point in message.polygon.polygon.points)
     if len(points) not in (0, 4):
         raise InputError(f'a box must have 4 points, or none, got {len(points)}')
@@ -131,11 +103,10 @@ def points_of(message: Any) -> Corners:
 
 def read_box(message: Any) -> tuple[Box | None, float]:
     """
-    Return the box in the frame of the body and the body's tilt in radians.
+    Return the box in the frame of the body and the body's tilt in radians, None and 0 of nobody.
 
     Corners in another order than clockwise from the body's top left make an upright box.
 
-    :returns: None and 0 if no person is tracked.
     :raises InputError: see :func:`points_of`; also if the box has no size.
     """
     points = points_of(message)
@@ -144,49 +115,31 @@ def read_box(message: Any) -> tuple[Box | None, float]:
     body, width = BodyFrame.from_corners(points)
     if abs(body.angle) < _MOST_TILT:
         return Box.from_center(body.center_x, body.center_y, width, body.height), body.angle
-    columns = [x for x, _ in points]
-    rows = [y for _, y in points]
+    columns, rows = zip(*points, strict=True)
     left, top = min(columns), min(rows)
     return Box(left, top, max(columns) - left, max(rows) - top), 0.0
 
 
 def read_body(message: Any) -> BodyFrame | None:
-    """
-    Return the body a matched box stands for, None if no person is tracked.
-
-    :raises InputError: see :func:`points_of`; also if the rectangle has no size.
-    """
+    """Return the body a matched box stands for, None if no person is tracked; see above."""
     points = points_of(message)
     return BodyFrame.from_corners(points)[0] if points else None
 
 
-class Gait(NamedTuple):
-    """
-    What a gait message says.
-
-    ``phase`` is in strides [0, 1), ``rate`` in strides per second, ``azimuth`` in radians and
-    ``similarity``, of the matched template with the likelihood, in 0..1.
-    """
-
-    phase: float
-    rate: float
-    azimuth: float
-    similarity: float
-
-
-def read_gait(message: Any) -> Gait:
+def read_gait(message: Any) -> tuple[float, float, float, float]:
     """
     Return what a gait message says; all is 0 if it has no joints.
 
     A message without efforts does not say how similar the template is: 1 is taken.
 
+    :returns: phase in strides [0, 1), its rate in strides per second, azimuth in radians, and the
+        similarity of the matched template with the likelihood, in 0..1.
     :raises InputError: if joints are missing or have no position, or a number is not finite.
     """
     if not message.name:
-        return Gait(0.0, 0.0, 0.0, 0.0)
+        return 0.0, 0.0, 0.0, 0.0
     named = dict(zip(message.name, range(len(message.position)), strict=False))
-    missing = [name for name in GAIT_NAMES if name not in named]
-    if missing:
+    if not named.keys() >= {*GAIT_NAMES}:
         raise InputError(
             f'gait must have positions of {" and ".join(GAIT_NAMES)}, got {list(message.name)} '
             f'with {len(message.position)} positions'
@@ -198,15 +151,11 @@ def read_gait(message: Any) -> Gait:
     if not all(map(math.isfinite, numbers)):
         raise InputError(f'the numbers of a gait must be finite, got {numbers}')
     turn = 2 * math.pi
-    return Gait((numbers[0] / turn) % 1.0, numbers[1] / turn, *numbers[2:])
+    return (numbers[0] / turn) % 1.0, rate / turn, *numbers[2:]
 
 
 def read_track(parts: Parts, slot: int) -> TrackResult:
-    """
-    Put the tracker's messages about a slot together again.
-
-    :raises InputError: if a message cannot be read.
-    """
+    """Put the tracker's messages about a slot together again."""
     message = parts[slot_topic(slot, 'box')]
     box, angle = read_box(message)
     return TrackResult(
@@ -220,35 +169,24 @@ def read_track(parts: Parts, slot: int) -> TrackResult:
 
 
 def read_match(parts: Parts, slot: int) -> MatchResult:
-    """
-    Put the matcher's messages about a slot together again.
-
-    What no later stage needs (template, placement) is not sent; the shape prior is black if it is
-    not among the parts.
-
-    :raises InputError: if a message cannot be read.
-    """
+    """Put together the matcher's messages about a slot, as far as later stages need them."""
     box = parts[slot_topic(slot, 'matched_box')]
-    walk = read_gait(parts[slot_topic(slot, 'gait')])
+    phase, rate, azimuth, similarity = read_gait(parts[slot_topic(slot, 'gait')])
     empty = MatchResult.empty(stamp_of(box.header), int(box.polygon.id), (0, 0))
     prior = parts.get(slot_topic(slot, 'shape_prior'))
     return dataclasses.replace(
         empty,
         body=read_body(box),
-        phase=walk.phase,
-        phase_rate=walk.rate,
-        azimuth=walk.azimuth,
-        similarity=walk.similarity,
+        phase=phase,
+        phase_rate=rate,
+        azimuth=azimuth,
+        similarity=similarity,
         shape_prior=empty.shape_prior if prior is None else read_mono8(prior),
     )
 
 
 def read_feedback(parts: Parts, slot: int) -> Feedback | None:
-    """
-    Put the feedback for a slot together, None if it was empty.
-
-    :raises InputError: if a message cannot be read.
-    """
+    """Put the feedback for a slot together, None if it was empty."""
     mask, prior, box = (parts[slot_topic(slot, name)] for name in FEEDBACK)
     track_id, body = int(box.polygon.id), read_body(box)
     if not track_id:

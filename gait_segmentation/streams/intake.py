@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -47,67 +48,50 @@ class Intake:
         initial_box: Box | None = None,
         initial_stamp_ns: int = 0,
     ) -> None:
-        """
-        Wait for the first frame.
-
-        :param reset: drops all tracks, ``initialize`` starts a track at the
-            frame taken in, and ``warn`` logs a warning, given a key and a text.
-        :param slots: boxes that can be asked for at a time.
-        """
+        """Wait for a frame; ``reset`` drops all tracks, ``warn`` takes a key and a text."""
         self._reset = reset
         self._initialize = initialize
         self._warn = warn
         self._initial_box = initial_box
         self._initial_stamp_ns = initial_stamp_ns
-        self.arm()
-        self._requested: deque[Box] = deque(maxlen=slots)
-        self.shape: tuple[int, int] | None = None
+        self._armed = True
+        self.requested: deque[Box] = deque(maxlen=slots)
+        """The boxes that tracks are to start from at the next frame."""
 
-    @property
-    def requested(self) -> tuple[Box, ...]:
-        """Return the boxes that tracks are to start from at the next frame."""
-        return tuple(self._requested)
+        self.shape: tuple[int, int] | None = None
 
     def request(self, box: Box) -> None:
         """Start a track at the next frame; of more than there are slots the oldest is dropped."""
-        self._requested.append(box)
-
-    def drop_requests(self) -> None:
-        """Drop the boxes that wait for the next frame."""
-        self._requested.clear()
+        self.requested.append(box)
 
     def arm(self) -> None:
         """Start from the initial box again, as in a bag that loops."""
-        self._armed = self._initial_box is not None
+        self._armed = True
 
     def take(self, image: NDArray[np.uint8], stamp_ns: int) -> None:
         """Prepare the stages for a frame, (height, width, 3) uint8."""
-        shape = (image.shape[0], image.shape[1])
-        if self.shape not in (None, shape):
-            assert self.shape is not None
+        height, width = shape = (image.shape[0], image.shape[1])
+        if self.shape is not None and self.shape != shape:
             self._warn(
                 'size',
                 f'the image size changed from {self.shape[1]} x {self.shape[0]} to '
-                f'{shape[1]} x {shape[0]}: everything is reset',
+                f'{width} x {height}: everything is reset',
             )
             self._reset()
         self.shape = shape
-        boxes = list(self._requested)
-        self._requested.clear()
+        boxes = list(self.requested)
+        self.requested.clear()
         if self._armed and stamp_ns >= self._initial_stamp_ns:
             self._armed = False
             if self._initial_box is not None and not boxes:
                 boxes = [self._initial_box]
         for box in boxes:
-            self._start(box, shape)
-
-    def _start(self, box: Box, shape: tuple[int, int]) -> None:
-        try:
-            check_start_box(box, (shape[1], shape[0]))
-        except InputError as error:
-            self._warn('box', f'{error}: it is ignored')
-            return
-        self._initialize(box)
+            try:
+                check_start_box(box, (width, height))
+            except InputError as error:
+                self._warn('box', f'{error}: it is ignored')
+            else:
+                self._initialize(box)
 
 
 class MapIntake:
@@ -116,11 +100,7 @@ class MapIntake:
     def __init__(
         self, add: Callable[[NDArray[np.uint8], int], object], warn: Callable[[str, str], object]
     ) -> None:
-        """
-        Wait for maps.
-
-        :param add: takes a map and its stamp; ``warn`` logs a warning, given a key and a text.
-        """
+        """Wait for maps; ``add`` takes one and its stamp, ``warn`` a key and a text."""
         self._add = add
         self._warn = warn
         self._image_ns = self._map_ns = 0
@@ -128,12 +108,7 @@ class MapIntake:
         """Whether maps come."""
 
     def take(self, message: Any, most: int, age_s: float) -> None:
-        """
-        Hand a map on, or warn.
-
-        :param message: has the fields of sensor_msgs/Image.
-        :param most: pixels it may have; ``age_s`` is how late it may be.
-        """
+        """Hand on a sensor_msgs/Image of ``most`` pixels and ``age_s`` late at most, or warn."""
         stamp_ns = stamp_of(message.header)
         ahead_s = (stamp_ns - self._image_ns) / 1e9
         if self._image_ns and ahead_s > _AHEAD_S:
@@ -160,12 +135,7 @@ class MapIntake:
 
 
 def read_detections(message: Any, config: StartConfig) -> list[Box]:
-    """
-    Return the boxes of the people in a vision_msgs/Detection2DArray, the surest first.
-
-    Detections of another class, with too small a score or without a size are left out; so is the
-    turn of a box.
-    """
+    """Return the boxes of the people in a vision_msgs/Detection2DArray, the surest first."""
     found = []
     for detection in message.detections:
         scores = [
@@ -178,11 +148,9 @@ def read_detections(message: Any, config: StartConfig) -> list[Box]:
         if not scores:
             continue
         center, box = detection.bbox.center.position, detection.bbox
-        try:
-            sides = (float(box.size_x), float(box.size_y))
-            found.append((max(scores), Box.from_center(float(center.x), float(center.y), *sides)))
-        except InputError:
-            continue
+        numbers = map(float, (center.x, center.y, box.size_x, box.size_y))
+        with suppress(InputError):  # Without a size.
+            found.append((max(scores), Box.from_center(*numbers)))
     return [box for _, box in sorted(found, key=lambda each: -each[0])]
 
 
@@ -195,16 +163,13 @@ def new_people(
     """
     Return the boxes to start tracks from: of people who are not tracked, for slots that are free.
 
-    A detector sees the tracked people in every frame; they must not be restarted.
-
-    :param requested: boxes that tracks are about to start from.
+    A detector sees the tracked people in every frame; they must not be restarted.  Nor must those
+    who are about to start.
     """
     known = [*requested, *(track.box for track in tracks if track.box is not None)]
     free = slots - len(requested) - sum(track.track_id != 0 for track in tracks)
     new: list[Box] = []
     for box in boxes:
-        if len(new) >= free:
-            break
         if all(box.iou(each) < _SAME_OVERLAP for each in (*known, *new)):
             new.append(box)
-    return new
+    return new[: max(free, 0)]

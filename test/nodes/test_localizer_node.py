@@ -146,9 +146,6 @@ NOWHERE = [
 
 def test_boxes_go_on_and_it_is_said_why_nobody_is_located(bench: Bench, capfd) -> None:
     places = Places(bench)
-    # The diagnostics ask, too, and what they have been told is not told again.
-    for timer in places.node.timers:
-        timer.cancel()
     for step, (about, changes, body, why) in enumerate(NOWHERE):
         if about is not None:
             places.camera.publish(about)
@@ -157,7 +154,7 @@ def test_boxes_go_on_and_it_is_said_why_nobody_is_located(bench: Bench, capfd) -
         new = places.show(3 * step, body=body)
         assert new['person_0/pose'] == []
         assert len(new['boxes'][0].points) == 8
-        trouble = places.node.trouble()
+        trouble = places.node.trouble
         assert trouble.startswith('located: 0 of 1, ')
         assert why in trouble
         located = places.node.status()['located']
@@ -169,17 +166,17 @@ def test_boxes_go_on_and_it_is_said_why_nobody_is_located(bench: Bench, capfd) -
     # As soon as all is well, it is said so.
     places.depth.publish(depth(30))
     assert len(places.show(30)['person_0/pose']) == 1
-    assert (places.node.trouble(), places.node.status()['located']) == ('', '1 of 1')
+    assert (places.node.trouble, places.node.status()['located']) == ('', '1 of 1')
     # And told again as soon as it is not.
     assert places.show(60)['person_0/pose'] == []
-    assert places.node.trouble().startswith('located: 0 of 1')
+    assert places.node.trouble.startswith('located: 0 of 1')
 
 
 def test_a_bag_that_loops_gives_the_same_again_and_leaves_nothing(
     bench: Bench,
 ) -> None:
     places = Places(bench, info())
-    about = 'statistics', 'warnings', 'backlog', '_info', '_located_text'
+    about = 'statistics', 'warnings', '_worker', '_info', '_located_text'
     before, rounds = remembered(places.node, *about), []
     for _ in range(2):
         rounds.append([])
@@ -188,7 +185,6 @@ def test_a_bag_that_loops_gives_the_same_again_and_leaves_nothing(
             rounds[-1].append(places.show(index))
     assert rounds[0] == rounds[1]
     assert 'speed' in rounds[0][-1]['person_0/walk'][0].name
-    assert places.node.trouble() == ''
     places.node.trigger_deactivate()
     places.node.trigger_activate()
     assert differences(before, remembered(places.node, *about)) == []

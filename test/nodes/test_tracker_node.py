@@ -162,7 +162,7 @@ def test_services_reset_and_disable(bench: Bench) -> None:
     assert bench.call(Trigger, 'gait_tracker/reset', Trigger.Request()).success
     bench.feed(camera, [frame(5)])
     assert boxes(bench)[-1] == 0
-    assert node.statistics.skipped == 0
+    assert node.statistics.dropped == 0
 
 
 def test_compressed_images_are_tracked_from_the_stamp_of_the_box_on(bench: Bench) -> None:
@@ -182,16 +182,6 @@ def test_compressed_images_are_tracked_from_the_stamp_of_the_box_on(bench: Bench
     assert [m.header for m in bench.received['person_0/box']] == [header(i) for i in range(3)]
 
 
-def test_the_debug_image_is_made_when_somebody_listens(bench: Bench) -> None:
-    bench.add(TrackerNode, initial_box=BOX)
-    bench.record_outputs('person_0/box')
-    camera = bench.publisher(Image, 'image', 1)
-    pictures = bench.record(Image, 'gait_tracker/debug_image')
-    bench.feed(camera, [frame(0)])
-    bench.until(lambda: len(pictures) == 1, 'the picture')
-    assert (pictures[0].encoding, pictures[0].header) == ('bgr8', header(0))
-
-
 def test_the_size_is_told_when_it_changes_and_to_those_who_come_later(bench: Bench) -> None:
     bench.add(TrackerNode)
     bench.record_outputs('person_0/box')
@@ -207,7 +197,7 @@ def test_the_size_is_told_when_it_changes_and_to_those_who_come_later(bench: Ben
 
 
 def test_diagnostics_report_frames_and_track(bench: Bench) -> None:
-    bench.add(TrackerNode, initial_box=BOX)
+    node = bench.add(TrackerNode, initial_box=BOX)
     bench.record_outputs('person_0/box')
     camera = bench.publisher(Image, 'image', 1)
     reports = bench.record(DiagnosticArray, '/diagnostics')
@@ -223,6 +213,10 @@ def test_diagnostics_report_frames_and_track(bench: Bench) -> None:
     assert (values['camera'], status.hardware_id) == ('/image', '/image')
     assert values['track of person_0'].startswith('1 tracked')
     assert values['subscribers of /person_0/box'] == '1'
+    bench.probe.create_publisher(PolygonInstanceStamped, 'person_0/box', 10)
+    said = '/probe publishes /person_0/box, too'
+    bench.until(lambda: reports[-1].status[0].message.startswith(said), 'the warning')
+    assert 'twice' in node.warnings.keys
 
 
 def test_the_qos_of_endpoints_can_be_overridden(bench: Bench) -> None:

@@ -131,5 +131,5 @@ def _decoded(message: Any) -> np.ndarray:
 
 def test_who_is_not_matched_is_not_seen_whatever_their_mask_shows() -> None:
     first, second = _matches()
-    (person,) = seen([first, replace(second, body=None)], [GREY, GREY], [None, None]).people
+    (person,) = seen([first, replace(second, body=None)], [GREY, GREY], [None, None])[0]
     assert (person.match.track_id, person.box) == (1, Box(0, 0, 8, 6))

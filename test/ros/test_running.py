@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import fcntl
+import os
 from pathlib import Path
 
 import cv2
@@ -11,7 +13,12 @@ import numpy as np
 import pytest
 
 from gait_segmentation.nodes.matcher_node import MatcherNode
-from gait_segmentation.ros.running import run_node, silence_opencv, unused_files
+from gait_segmentation.ros.running import (
+    remove_dead_segments,
+    run_node,
+    silence_opencv,
+    unused_files,
+)
 
 
 @pytest.mark.parametrize(('words', 'code'), [(['--help'], 0), (['--rate', '3'], 2)])
@@ -62,3 +69,43 @@ def test_opencv_prints_nothing_of_what_it_cannot_decode(capfd) -> None:
     finally:
         (getattr(cv2, 'setLogLevel', None) or cv2.utils.logging.setLogLevel)(before)
     assert capfd.readouterr() == ('', '')
+
+
+def segment(folder: Path, name: str, old: bool = True) -> Path:
+    """Make a segment of Fast DDS and its lock."""
+    (folder / name).touch()
+    lock = folder / f'{name}_el'
+    lock.touch()
+    if old:
+        os.utime(lock, (1, 1))
+    return lock
+
+
+def names(folder: Path) -> set[str]:
+    return {each.name for each in folder.iterdir()}
+
+
+def test_only_segments_that_nobody_holds_are_removed(tmp_path: Path, monkeypatch) -> None:
+    dead, alive, young, linked = (f'fastrtps_{digit * 16}' for digit in 'abcd')
+    segment(tmp_path, dead)
+    segment(tmp_path, young, old=False)
+    lock = segment(tmp_path, alive)
+    # Ports are Fast DDS's own to clean up, and the rest is none of its.
+    for other in ('fastrtps_port7411', 'sem.fastrtps_port7411_mutex', 'fastrtps_short', 'mine'):
+        segment(tmp_path, other)
+    link = tmp_path / f'{linked}_el'
+    link.symlink_to(tmp_path / 'elsewhere')
+    os.utime(link, (1, 1), follow_symlinks=False)
+    before = names(tmp_path)
+    with monkeypatch.context() as patch:
+        patch.setattr(os, 'geteuid', lambda: 12345678)
+        remove_dead_segments(tmp_path)
+    assert names(tmp_path) == before
+    with open(lock, 'rb') as held:
+        fcntl.flock(held, fcntl.LOCK_EX)
+        remove_dead_segments(tmp_path)
+        assert names(tmp_path) == before - {dead, f'{dead}_el'}
+    (tmp_path / alive).unlink()
+    remove_dead_segments(tmp_path)
+    assert names(tmp_path) == before - {dead, f'{dead}_el', alive, f'{alive}_el'}
+    remove_dead_segments(tmp_path / 'none')

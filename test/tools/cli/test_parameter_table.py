@@ -1,12 +1,13 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+from itertools import chain
 from pathlib import Path
 
 import pytest
 import yaml
 
 from gait_segmentation.config import parameters_of
-from gait_segmentation.streams.config import NodeConfig, qualified
+from gait_segmentation.streams.config import NodeConfig, misnamed, qualified
 
 pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
 
@@ -39,3 +40,16 @@ def test_the_docs_hold_every_parameter_once() -> None:
                 assert tables.count(f'| `{qualified(group, about.name)}` |') == 1
     docs = (ROOT / 'docs/parameters.md').read_text(encoding='utf-8')
     assert tables in docs, f'run {COMMAND}'
+
+
+def test_what_is_of_another_node_is_not_taken_for_a_mistake() -> None:
+    names = {
+        node: [
+            qualified(group, about.name)
+            for group, kind in (('', NodeConfig), *node.groups)
+            for about in parameters_of(kind)
+        ]
+        for node in NODES.values()
+    }
+    for known in names.values():
+        assert misnamed(chain(*names.values()), known) == {}

@@ -90,10 +90,10 @@ def test_nodes_are_connected_when_all_of_them_say_so(recording: Recording) -> No
 
     say(NODES[0], state='inactive', **subscribers)
     for name in NODES[1:]:
-        say(name, skipped=0)
+        say(name, dropped=0)
     assert not recording.connected(NODES, 2)
-    say(NODES[0], skipped=3, **subscribers | {'subscribers of /labels': 0})
+    say(NODES[0], dropped=3, **subscribers | {'subscribers of /labels': 0})
     assert not recording.connected(NODES, 2)
-    say(NODES[0], skipped=3, **subscribers)
+    say(NODES[0], dropped=3, **subscribers)
     assert recording.connected(NODES, 2)
     assert recording.dropped() == {'gait_tracker': 3}

@@ -91,8 +91,8 @@ class Recording(Listener):
     def dropped(self) -> dict[str, int]:
         """Return how many frames each node says it has dropped, of those that have."""
         with self.lock:
-            skipped = {name: int(said.get('skipped', 0)) for name, said in self.status.items()}
-        return {name: count for name, count in sorted(skipped.items()) if count}
+            dropped = {name: int(said.get('dropped', 0)) for name, said in self.status.items()}
+        return {name: count for name, count in sorted(dropped.items()) if count}
 
     def result(self, number: int) -> FrameResult:
         """Return what the nodes said of a frame that was answered."""
@@ -105,13 +105,14 @@ class Recording(Listener):
         box, matched, gait = (
             self._message(stamp_ns, slot_topic(slot, each)) for each in _RECORDED
         )
-        track_id, (tight, tilt), said = int(box.polygon.id), read_box(box), read_gait(gait)
+        track_id, (tight, tilt) = int(box.polygon.id), read_box(box)
+        phase, _, azimuth, _ = read_gait(gait)
         unseen = np.zeros((0, 0), np.uint8)
         match = replace(
             MatchResult.empty(stamp_ns, track_id, unseen.shape),
             body=read_body(matched),
-            phase=said.phase,
-            azimuth=said.azimuth,
+            phase=phase,
+            azimuth=azimuth,
         )
         track = TrackResult(stamp_ns, track_id, tight, unseen, 0.0, tilt)
         mask = _mask(labels == slot + 1)
