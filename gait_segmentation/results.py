@@ -51,7 +51,7 @@ class TrackResult:
     the matcher starts from; if not given, it is the box.  ``angle`` is its tilt in radians,
     positive when the head leans to the right; it is turned by it about its centre.  ``features``
     are all of the pool, best first, if the likelihood is made of features.  ``reason`` says in
-    words why somebody is lost or is to begin anew, or why the last track of an empty slot ended.
+    words why somebody is lost, or why the last track of an empty slot ended.
     """
 
     stamp_ns: int

@@ -121,11 +121,6 @@ class BodyShapes:
         """Return the similarity of a normalised shape with the template most like it, 0 to 1."""
         return float(tanimoto(self._shapes, shape).max())
 
-    def likeness_of(self, mask: NDArray[np.uint8]) -> float:
-        """Return the likeness of what is not zero of a mask, (h, w) uint8 0/255."""
-        shape = normalised_mask(mask)
-        return 0.0 if shape is None else self.likeness(shape)
-
 
 def normalised_mask(mask: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
     """Return what is not zero of a mask, (h, w) uint8 0/255, normalised, None of nothing."""

@@ -31,7 +31,6 @@ from gait_segmentation.tracking.cues import CueInput
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
 from gait_segmentation.tracking.cues.motion import MotionCue
 from gait_segmentation.tracking.likelihood import log_ratio
-from gait_segmentation.tracking.map_witness import MapWitness
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.track import WHOLE, State, Track
 from gait_segmentation.tracking.visibility import (
@@ -83,13 +82,8 @@ class FusionTrack(Track):
         view: View,
         start: FirstMask,
         config: TrackingConfig,
-        witness: MapWitness | None = None,
     ) -> None:
-        """
-        Begin with the first mask, in the newest frame of a view.
-
-        :param witness: takes in what heat maps show beside the masks.
-        """
+        """Begin with the first mask, in the newest frame of a view."""
         pose = Pose.of(start.body, start.box, start.body.angle if config.use_tilt else 0.0)
         super().__init__(track_id, view, pose, config)
         self.mask = self.visible = self.full = Silhouette(start.mask, self.displacement)
@@ -104,7 +98,6 @@ class FusionTrack(Track):
         self._learn_colours(view.now.image.lab_part(self.window), inside, outside, 1.0, 1.0)
         self.heat_map = HeatMapCue()
         self.cues = (MotionCue(), self.heat_map)
-        self.witness = witness
         self.appearance = Appearance(self._signature(start.mask, view.now, self.window))
 
     def expected_mask(self) -> NDArray[np.uint8]:
@@ -204,8 +197,6 @@ class FusionTrack(Track):
             return None
         mask, template = working_masks(feedback, self.view.shape)
         self.visible = Silhouette(mask, state.displacement)
-        if self.witness is not None:
-            self.witness.see(state.frame, mask, self.window, self.pose.height)
         if not self._is_person(mask, template):
             return None
         # To where the body was in that frame.

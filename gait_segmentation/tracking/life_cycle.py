@@ -7,11 +7,8 @@ from __future__ import annotations
 from gait_segmentation.results import LOST, TRACKED
 from gait_segmentation.tracking.track import Track
 
-ENDED, ANEW = 'ended', 'anew'
-"""
-States of a track whose slot is free again, and of one that begins anew where a heat map shows a
-body.
-"""
+ENDED = 'ended'
+"""State of a track whose slot is free again."""
 
 _LOST_FRAMES = 2
 """Frames in a row in which too little is seen after which a person is lost."""
@@ -25,11 +22,10 @@ def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str,
     Return the state of a track from now on, and why; nothing else decides over it.
 
     A candidate is ended when it vanishes in the open, or when after a second its masks have not
-    the shape of a body, and confirmed after three.  A tracked person begins anew when a heat map
-    overrules the masks, and is lost in a gap, outside of the image, and when too little is seen in
-    two frames in a row.  A lost person is tracked again when they are found, and ended when they
-    are not for so long as ``patience`` says.  Whom a detector saw reliably and does not any more
-    is lost until it sees them again.
+    the shape of a body, and confirmed after three. A tracked person is lost in a gap, outside of
+    the image, and when too little is seen in two frames in a row. A lost person is tracked again
+    when they are found, and ended when they are not for so long as ``patience`` says. Whom a
+    detector saw reliably and does not any more is lost until it sees them again.
 
     :param stamp_ns: of the newest frame.
     :param gap_s: seconds without a frame before that.
@@ -40,8 +36,6 @@ def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str,
             return ENDED, 'it vanished in the open'
         if not probation.is_passed(stamp_ns):
             return ENDED, 'it has not the shape of a body'
-    if track.state == TRACKED and track.witness is not None and track.witness.overrules:
-        return ANEW, 'the heat map has long shown a body where the mask has none'
     if gap_s > GAP_S:
         return LOST, f'no frame came for {gap_s:.1f} s'
     if lost and track.found and not track.attendance.is_doubted:

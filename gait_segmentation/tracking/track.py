@@ -21,7 +21,6 @@ from gait_segmentation.starting.probation import Probation
 from gait_segmentation.tracking.association import PixelClaim
 from gait_segmentation.tracking.attendance import Attendance
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.map_witness import MapWitness
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.visibility import ALONE, LEAST_SEEN, Visibility, visible_box
 
@@ -58,7 +57,7 @@ class Track(ABC):
 
     ``pose`` is that in the newest frame, and ``states`` has one entry for each frame that is
     kept.  ``state`` is tracked or lost, with the ``reason``, as :func:`.next_state` says;
-    ``probation`` is that of a candidate, and ``witness`` what heat maps show beside the masks.
+    ``probation`` is that of a candidate.
     ``seen`` is the share of the person seen last, too little for ``unseen_frames``, ``lost_s`` the
     seconds since a lost person was seen, and ``found`` whether they are in the newest frame.
     """
@@ -71,7 +70,6 @@ class Track(ABC):
         self.track_id, self.view, self.config, self.pose = track_id, view, config, pose
         self.state, self.reason, self.confidence = TRACKED, '', 0.0
         self.probation: Probation | None = None
-        self.witness: MapWitness | None = None
         self.attendance = Attendance()
         self.states = deque([State(view.now, (0.0, 0.0))], maxlen=MOST_KEPT)
         self.seen, self.unoccluded = 1.0, True

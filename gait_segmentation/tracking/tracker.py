@@ -17,14 +17,13 @@ from gait_segmentation.detector.lookout import Lookout
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, check_body, check_start_box
-from gait_segmentation.heat_maps import HeatMap, HeatMaps, regions
+from gait_segmentation.heat_maps import HeatMap, HeatMaps
 from gait_segmentation.images import check_image, shrink
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.scene.scene import Scene, SceneOptions, View, Whereabouts, WholeView
 from gait_segmentation.scene.working import working_scale, working_shape
 from gait_segmentation.stamps import check_later, check_stamp
 from gait_segmentation.starting import FirstMask, StartingConfig
-from gait_segmentation.starting.blobs import BodyShapes
 from gait_segmentation.starting.probation import Probation
 from gait_segmentation.starting.starter import (
     BY_DETECTOR,
@@ -39,8 +38,7 @@ from gait_segmentation.tracking.bystanders import Bystanders
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.fusion import FusionTrack
 from gait_segmentation.tracking.initialization import estimate_first, slot_for_found
-from gait_segmentation.tracking.life_cycle import ANEW, ENDED, GAP_S, next_state
-from gait_segmentation.tracking.map_witness import MapWitness
+from gait_segmentation.tracking.life_cycle import ENDED, GAP_S, next_state
 from gait_segmentation.tracking.mean_shift import MeanShiftTrack
 from gait_segmentation.tracking.pose import WIDEST
 from gait_segmentation.tracking.track import SAME_PERSON, Track
@@ -84,7 +82,6 @@ class PeopleTracker:
         """
         self._config = tracking or TrackingConfig()
         self._bank = bank
-        self._shapes = BodyShapes(bank)
         self.lookout = lookout or Lookout()
         self._ids = count(1)
         self._slots: list[Track | None] = [None] * max_people
@@ -97,7 +94,6 @@ class PeopleTracker:
     def _forget(self) -> None:
         self._slots = [None] * len(self._slots)
         self._reasons = [''] * len(self._slots)
-        self._anew: list[int] = []
         self._bystanders = Bystanders()
         self._scene: Scene | None = None
         self._heat_maps.forget()
@@ -217,7 +213,6 @@ class PeopleTracker:
             slot = self._slot_for(box, started)
             started.add(slot)
             self._start(slot, box)
-        self._begin_anew()
         for each in found:
             self._start_found(each)
         return self._observe(self._scene)
@@ -363,9 +358,7 @@ class PeopleTracker:
                 track.probation.see(self._starter.walkers.evidence(track.body))
             state, self._reasons[slot] = next_state(track, self._stamp_ns, gap_s=gap_s)
             if state != ENDED:
-                if state == ANEW:
-                    self._anew.append(slot)
-                track.enter(TRACKED if state == ANEW else state, self._reasons[slot])
+                track.enter(state, self._reasons[slot])
                 if track.probation is not None and track.probation.is_over(self._stamp_ns):
                     track.probation = None
                 continue
@@ -373,22 +366,6 @@ class PeopleTracker:
             if track.probation is not None:
                 self._starter.walkers.reject(track.body)
         self._drop_unused()
-
-    def _begin_anew(self) -> None:
-        """Begin tracks anew, with their ids, at the region of the map that overruled the masks."""
-        slots, self._anew = self._anew, []
-        for slot, track in ((slot, self._slots[slot]) for slot in slots):
-            if track is None or track.witness is None or track.witness.box is None:
-                continue
-            frame = track.view.now
-            if frame.heat is not None and frame.heat_trust and not frame.heat_frames:
-                boxes = [box for box, _ in regions(frame.heat)]
-                box = max(boxes, key=track.witness.box.iou, default=None)
-                if box is not None and box.iou(track.witness.box) > SAME_PERSON:
-                    start = self._estimate(track.view, box, by_map=True)
-                    anew = self._new_track(track.view, start, track.track_id)
-                    anew.probation = track.probation
-                    self._slots[slot] = anew
 
     def _start_found(self, found: Proposal) -> None:
         """Start a person found in a slot, if there is one."""
@@ -422,7 +399,7 @@ class PeopleTracker:
         self._bystanders.drop(view, start.box)
         if self._config.method == 'adaptive_mean_shift':
             return MeanShiftTrack(number, view, start, self._config)
-        return FusionTrack(number, view, start, self._config, MapWitness(self._shapes))
+        return FusionTrack(number, view, start, self._config)
 
     def _estimate(self, view: View, box: Box, *, by_map: bool = False) -> FirstMask:
         """Estimate a first mask in a box in working pixels."""
