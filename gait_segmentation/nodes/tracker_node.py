@@ -24,7 +24,7 @@ from gait_segmentation.streams.fields import (
     slot_topics,
     stamp_of,
 )
-from gait_segmentation.streams.join import ExactJoin
+from gait_segmentation.streams.frames import ExactJoin
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 
 _FEEDBACK = dict(zip(FEEDBACK, (Image, Image, PolygonInstanceStamped), strict=True))

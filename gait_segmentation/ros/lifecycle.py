@@ -38,7 +38,6 @@ from gait_segmentation.ros.diagnostics import Diagnostics
 from gait_segmentation.ros.endpoints import BEST_EFFORT, BETWEEN_NODES, OVERRIDABLE
 from gait_segmentation.ros.parameters import NodeParameters
 from gait_segmentation.stamps import Order, Stamps
-from gait_segmentation.streams.backlog import Worker
 from gait_segmentation.streams.config import (
     BankConfig,
     CameraConfig,
@@ -46,8 +45,8 @@ from gait_segmentation.streams.config import (
     SegmenterNodeConfig,
 )
 from gait_segmentation.streams.fields import DEPTH, Parts, slot_topics, stamp_of
+from gait_segmentation.streams.frames import ExactJoin, Worker
 from gait_segmentation.streams.health import Statistics, Warnings
-from gait_segmentation.streams.join import ExactJoin
 
 _DRAIN_S = 5.0
 _SUCCESS = TransitionCallbackReturn.SUCCESS
