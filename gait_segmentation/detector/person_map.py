@@ -11,7 +11,7 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -84,7 +84,7 @@ def fetch() -> Path:
     return place
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Person:
     box: Box
     score: float
@@ -139,25 +139,26 @@ class PersonMap:
         if people is not None:
             self._follow(people)
         drawn = np.zeros(image.shape[:2], np.uint8)
-        for person in self._people[:_MOST_PEOPLE]:
-            self._draw(person, image, drawn)
+        shown = [self._draw(each, image, drawn) for each in self._people[:_MOST_PEOPLE]]
+        self._people[:_MOST_PEOPLE] = shown
         return drawn
 
     def _follow(self, people: Sequence[Detection]) -> None:
-        new = list(people)
+        new, known = list(people), []
         for person in self._people:
             same = max(new, key=lambda each: each.box.iou(person.box), default=None)
             if same is not None and same.box.iou(person.box) >= _SAME_PERSON:
                 new.remove(same)
-                person.box, person.score, person.missed = same.box, same.score, 0
-            else:
-                person.missed += 1
-        known = [each for each in self._people if each.missed <= _MOST_MISSED]
+                known.append(_Person(same.box, same.score))
+            elif person.missed < _MOST_MISSED:
+                known.append(replace(person, missed=person.missed + 1))
         known += [_Person(each.box, each.score) for each in new if each.score >= _START]
         self._people = sorted(known, key=lambda each: -each.score)
 
-    def _draw(self, person: _Person, image: NDArray[np.uint8], drawn: NDArray[np.uint8]) -> None:
-        """Draw a person, whose box becomes that of what is drawn."""
+    def _draw(
+        self, person: _Person, image: NDArray[np.uint8], drawn: NDArray[np.uint8]
+    ) -> _Person:
+        """Draw a person; return them with the box of what is drawn."""
         box = person.box
         scale = _SIDE / (_ABOUT * max(box.width, box.height))
         x, y = box.center_x, box.center_y + _LOWER * box.height
@@ -170,7 +171,7 @@ class PersonMap:
         rows, columns = box.slices(image.shape[1], image.shape[0], _BEYOND * box.height)
         view = drawn[rows, columns]
         if not view.size:
-            return
+            return person
         corner = np.array([columns.start, rows.start])
         there[:, 2] += there[:, :2] @ corner
         back = cv2.warpAffine(
@@ -182,4 +183,5 @@ class PersonMap:
         if np.count_nonzero(sure) > _LEAST_AREA:
             seen = Box.around(sure)
             if seen is not None and (seen := seen.shifted(*corner)).iou(box) >= _SAME_MASK:
-                person.box = seen
+                return replace(person, box=seen)
+        return person

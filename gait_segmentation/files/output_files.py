@@ -51,9 +51,9 @@ def named(path: Path | str) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        if error.filename is None:
-            error.filename = str(path)
-        raise
+        if error.filename is not None:
+            raise
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
 
 
 def problem_of(error: OSError) -> str:
@@ -74,7 +74,6 @@ def write_file(path: Path, data: bytes) -> None:
         part.replace(path)
     except OSError as error:
         # It is the file asked for that matters.
-        error.filename = str(path)
-        raise
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
     finally:
         part.unlink(missing_ok=True)

@@ -390,7 +390,7 @@ class GaitNode(LifecycleNode):
         now_s = time.monotonic()
         self.statistics.finished(now_s - arrived_s, now_s)
 
-    def _enable(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+    def _enable(self, request: SetBool.Request, _: SetBool.Response) -> SetBool.Response:
         if bool(request.data) != self.enabled:
             self.enabled = bool(request.data)
             if self.enabled:
@@ -399,15 +399,14 @@ class GaitNode(LifecycleNode):
                 # What waits for its other parts waits in vain.
                 self._join_anew()
                 self.later(self.reset, 'reset')
-        response.success = True
-        response.message = 'enabled' if self.enabled else 'disabled: frames are ignored'
-        return response
+        said = 'enabled' if self.enabled else 'disabled: frames are ignored'
+        return SetBool.Response(success=True, message=said)
 
-    def _reset(self, request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+    def _reset(self, request: Trigger.Request, _: Trigger.Response) -> Trigger.Response:
         self.later(self.reset, 'reset')
-        response.success = self._worker is not None
-        response.message = 'reset' if response.success else f'the node is {self.state}'
-        return response
+        works = self._worker is not None
+        said = 'reset' if works else f'the node is {self.state}'
+        return Trigger.Response(success=works, message=said)
 
     def _parameters_changed(self, config: StageConfig) -> None:
         if isinstance(config, NodeConfig) and self._worker is not None:

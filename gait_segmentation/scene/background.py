@@ -132,6 +132,14 @@ class BackgroundModel:
         """Return which pixels of a window were seen often enough to be sure, (h, w)."""
         return self.count[window] >= np.float32(SURE_COUNT)
 
+    def clear(self) -> None:
+        """Forget all that was seen."""
+        self.sums[:] = 0
+
+    def doubt(self, where: NDArray[np.bool_], share: float) -> None:
+        """Keep a share of how often pixels were seen, where an image, (h, w), is true."""
+        self.sums[where] *= share
+
     def forget(self, where: NDArray[np.uint8]) -> None:
         """Forget the pixels where an image, (h, w) uint8, is not zero."""
         self.sums[where > 0] = 0

@@ -52,7 +52,7 @@ _SIDE = 5
 """Side in pixels of the squares that changes are averaged over and that motion is widened by."""
 
 
-@dataclass(eq=False)
+@dataclass(frozen=True, eq=False)
 class Frame:
     """
     One frame at one scale, kept until its masks have come.
@@ -61,8 +61,7 @@ class Frame:
     which the background is known and learnt, disjoint.  ``blank`` tells that nothing of the scene
     can be seen: something covers the lens, the picture is damaged, or it shows another place.
     ``heat`` is (h, w) uint8, P(person) as others see it, if they do, of ``heat_frames`` frames
-    before, which counts as far as ``heat_trust`` says; ``people`` is (h, w) uint8, non-zero where
-    people were, None until the masks came, and ``learnt`` tells whether they came.
+    before, which counts as far as ``heat_trust`` says.
     """
 
     image: WorkingImage
@@ -72,8 +71,6 @@ class Frame:
     heat: NDArray[np.uint8] | None = None
     heat_frames: int = 0
     heat_trust: float = 0.0
-    people: NDArray[np.uint8] | None = None
-    learnt: bool = False
 
 
 @dataclass(frozen=True)
@@ -111,6 +108,8 @@ class View:
         self.background = BackgroundModel(self.shape)
         self.frames: deque[Frame] = deque(maxlen=MOST_KEPT)
         self.points = MotionEstimator()
+        self._learnt: Frame | None = None
+        self._people = deque[tuple[Frame, NDArray[np.uint8]]](maxlen=MOST_KEPT)
         self._expected = self.background, [self.all]
 
     @property
@@ -133,19 +132,23 @@ class View:
     @property
     def is_late(self) -> bool:
         """Return whether masks of the frame before the newest are still to come."""
-        return len(self.frames) > 1 and not self.frames[-2].learnt
+        return len(self.frames) > 1 and self.frames[-2] is not self._learnt
 
     def take(self, stamp_ns: int) -> Frame | None:
         """Return the frame of a stamp to learn from; None if it, or a newer one, is learnt."""
         for frame in reversed(self.frames):
-            if frame.learnt:
+            if frame is self._learnt:
                 return None
             if frame.image.stamp_ns == stamp_ns:
-                frame.learnt = True
+                self._learnt = frame
                 while len(self.frames) > MOTION_GAP + 1 and self.frames[0] is not frame:
                     self.frames.popleft()
                 return frame
         return None
+
+    def people_in(self, frame: Frame) -> NDArray[np.uint8] | None:
+        """Return where people were, (h, w) uint8, non-zero there, None if no mask has come."""
+        return next((people for each, people in self._people if each is frame), None)
 
     def motion_since(self, frame: Frame) -> WorldMotion:
         """Return how the still world moved from a frame that is kept to the newest."""
@@ -194,21 +197,21 @@ class View:
         background, windows = self._expected
         if not blank:
             self.background = background
-        self.frames.append(Frame(image, motion, windows, blank))
-        stamps = [each.image.stamp_ns for each in list(self.frames)[-1 - MOTION_GAP :]]
-        if heat is not None and heat.stamp_ns >= stamps[0]:
-            size = self.shape[::-1]
-            values = cv2.resize(heat.values, size, interpolation=cv2.INTER_LINEAR)
-            self.now.heat = np.asarray(values)
-            # It is of the frame that is nearest to its stamp.
-            ages = [abs(stamp_ns - heat.stamp_ns) for stamp_ns in stamps]
-            self.now.heat_frames = len(ages) - 1 - ages.index(min(ages))
-            self.now.heat_trust = heat.trust
+        stamps = [each.image.stamp_ns for each in [*self.frames][-MOTION_GAP:]]
+        stamps.append(image.stamp_ns)
+        if heat is None or heat.stamp_ns < stamps[0]:
+            self.frames.append(Frame(image, motion, windows, blank))
+            return
+        values = cv2.resize(heat.values, self.shape[::-1], interpolation=cv2.INTER_LINEAR)
+        # It is of the frame that is nearest to its stamp.
+        ages = [abs(stamp_ns - heat.stamp_ns) for stamp_ns in stamps]
+        age, trust = len(ages) - 1 - ages.index(min(ages)), heat.trust
+        self.frames.append(Frame(image, motion, windows, blank, np.asarray(values), age, trust))
 
     def clear(self) -> None:
         """Forget the place, for the camera shows another one from now on."""
         for model in (self.background, self._expected[0]):
-            model.sums[:] = 0
+            model.clear()
         self.frames.clear()
 
     def add_background(
@@ -226,7 +229,7 @@ class View:
         :param around: windows about people in it, in which the noise is measured.
         :param gate: whether to leave out what moves against the world.
         """
-        frame.people = people
+        self._people.append((frame, people))
         if frame.blank:
             return
         lab, hidden, motion = frame.image.lab, people, self.motion_since(frame)
@@ -259,9 +262,9 @@ class View:
         gray = frame.image.gray, earlier.image.gray
         for window in frame.windows:
             moving = moving_pixels(*gray, motion, window, self.background.sigma)
-            if earlier.people is not None:
+            if (before := self.people_in(earlier)) is not None:
                 # What people have just uncovered has changed but is background.
-                left = motion.warped(earlier.people, window, cv2.BORDER_CONSTANT)
+                left = motion.warped(before, window, cv2.BORDER_CONSTANT)
                 moving &= cv2.inRange(left, 0, 0)
             people[window] |= moving
 
@@ -316,7 +319,7 @@ class WholeView(View):
         # What has left or has come to stay is no mean with what was there before: the longer
         # that was seen, the longer it must be missed.
         other = (model.contradicted(lab, self.all, 1.0) > 0) & (hidden == 0)
-        model.sums[other] *= _FADE
+        model.doubt(other, _FADE)
         gone = other & (model.count < SURE_COUNT)
         model.forget(gone)
         model.add(lab, np.where(other & ~gone, np.uint8(1), hidden))

@@ -101,6 +101,20 @@ class Candidate:
         self.blob, self.seen = blob, seconds
         self.sightings += 1
 
+    def move(self, dx: float, dy: float) -> None:
+        """Go along with the camera."""
+        self.box, self.trail = self.box.shifted(dx, dy), self.trail.shifted(dx, dy)
+
+    def clear(self) -> None:
+        """Forget the evidence."""
+        self.evidence = 0.0
+
+    def judge(self, measures: Mapping[str, float], seconds: float) -> None:
+        """Add up the evidence, see :meth:`WalkerFinder._look`."""
+        passed = min(seconds - self.judged, _PAUSE_S) if self.judged else 0.0
+        self.judged = seconds
+        self.evidence = max(self.evidence + passed * log_odds(measures), 0.0)
+
     def show(self, shape: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
         """Take in the normalised shape of a sighting; return an earlier one if there is one."""
         self.shapes.append((self.seen, shape))
@@ -202,7 +216,7 @@ class WalkerFinder:
         frame = self._detector.update(taken)
         dx, dy = frame.shift
         for each in self._candidates:
-            each.box, each.trail = each.box.shifted(dx, dy), each.trail.shifted(dx, dy)
+            each.move(dx, dy)
         self._rejected = [(box.shifted(dx, dy), until) for box, until in self._rejected]
         self._candidates = associate(
             [] if frame.fresh else self._candidates,
@@ -239,7 +253,7 @@ class WalkerFinder:
         for each in self._candidates:
             if each.box.iou(place) > 0:
                 place = place.union(each.trail)
-                each.evidence = 0.0
+                each.clear()
         self._rejected.append((place, self._stamp_ns / 1e9 + _REJECTED_S))
 
     @property
@@ -292,9 +306,7 @@ class WalkerFinder:
                 'clutter': (clutter - odd) / frame.silhouettes.size,
             }
             self._judged.append((blob.box, measures))
-            passed = min(seconds - each.judged, _PAUSE_S) if each.judged else 0.0
-            each.judged = seconds
-            each.evidence = max(each.evidence + passed * log_odds(measures), 0.0)
+            each.judge(measures, seconds)
             needed = self.config.least_evidence
             if belongs(each.box, rejected):
                 needed *= _STRICTER

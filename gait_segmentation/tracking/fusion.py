@@ -137,7 +137,9 @@ class FusionTrack(Track):
         for cue in self.cues:
             evidence = cue.evidence(given)
             if evidence is not None:
-                logit += evidence
+                logit += evidence.logit
+                if evidence.values is not None:
+                    self.states[-1].notes[type(cue).__name__] = window, evidence.values
         return PixelClaim(
             window, logit, expected, away, pose.feet, pose.height, not seen, template
         )

@@ -80,7 +80,7 @@ def observe(view: View, tracks: Sequence[Track]) -> Likelihoods:
                 _take(taken, track, likelihoods[track.track_id])
         claims = {track.track_id: claim for track, claim in present}
         for track in lost:
-            track.found, number = False, track.track_id
+            number = track.track_id
             found = reacquire(track, claims.get(number), likelihoods.get(number), taken)
             if found is not None:
                 likelihoods[number] = found

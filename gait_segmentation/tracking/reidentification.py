@@ -58,7 +58,7 @@ def reacquire(
         likelihood[taken > 0] = 0
         if _shows(track, claim, likelihood, taken):
             # Who is not where the pace led does not walk at it.
-            track.pose = track.pose.standing()
+            track.stop()
             return likelihood
     track.shift(-dx, -dy)
     return None
@@ -74,7 +74,7 @@ def _shows(
     window = claim.window
     values, rivals = likelihood[window], taken[window]
     visibility = Visibility.of(values, claim.mask, rivals, rivals)
-    track.confidence = visibility.confidence
+    track.rate(visibility)
     # Who is not behind others may be beside or above something that stands there.
     lab, floor = track.view.now.image.lab_part(window), track.config.shadow_floor
     foreground = track.view.background.contradicted(lab, window, floor)

@@ -171,6 +171,22 @@ class Track(ABC):
         """Return the state in a frame, None if there is none."""
         return next((each for each in self.states if each.frame is frame), None)
 
+    def configure(self, config: TrackingConfig) -> None:
+        """Go on with another configuration."""
+        self.config = config
+
+    def stop(self) -> None:
+        """Take the person to stand until they are seen to move again."""
+        self.pose = self.pose.standing()
+
+    def try_out(self, stamp_ns: int) -> None:
+        """Put on trial from a stamp on whom nobody has vouched for; see :class:`.Probation`."""
+        self.probation = Probation(stamp_ns)
+
+    def rate(self, visibility: Visibility) -> None:
+        """Take in how distinct the person is where they are expected."""
+        self.confidence = visibility.confidence
+
     def shift(self, dx: float, dy: float) -> None:
         """Move the body in the newest frame."""
         self.pose = self.pose.shifted(dx, dy)
@@ -190,7 +206,7 @@ class Track(ABC):
         shift = None
         if self.state == LOST:
             # In a gap no one was looked for.
-            self.lost_s += min(seconds, _MOST_LOST_S)
+            self.lost_s, self.found = self.lost_s + min(seconds, _MOST_LOST_S), False
             share = math.exp(-max(self.lost_s - _COAST_S, 0.0) / _STOP_S)
             step = share * step[0], share * step[1]
         elif body is not None and (self.seen >= WHOLE or self.unoccluded):
@@ -216,7 +232,7 @@ class Track(ABC):
         """
         values = likelihood[claim.window]
         visibility = Visibility.of(values, claim.mask, occluder)
-        self.confidence = visibility.confidence
+        self.rate(visibility)
         self.unoccluded = visibility.share > ALONE
         inside = self.pose.share_inside(self.view.shape) >= LEAST_SEEN / 2
         if self._is_seen(visibility.seen, inside=inside):
@@ -240,6 +256,8 @@ class Track(ABC):
         if state == LOST and self.state != LOST:
             self._box, self.lost_s, self.found = None, 0.0, False
         self.state, self.reason = state, reason
+        if self.probation is not None and self.probation.is_over(self.view.now.image.stamp_ns):
+            self.probation = None
         self.unseen_frames = self.unseen_frames if state == TRACKED else 0
 
     def find(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:

@@ -24,7 +24,6 @@ from gait_segmentation.scene.scene import Scene, SceneOptions, View, Whereabouts
 from gait_segmentation.scene.working import working_scale, working_shape
 from gait_segmentation.stamps import check_later, check_stamp
 from gait_segmentation.starting import FirstMask, StartingConfig
-from gait_segmentation.starting.probation import Probation
 from gait_segmentation.starting.starter import (
     BY_DETECTOR,
     BY_MAP,
@@ -112,7 +111,7 @@ class PeopleTracker:
     def config(self, config: TrackingConfig) -> None:
         self._config = config
         for track in self._followed():
-            track.config = config
+            track.configure(config)
 
     @property
     def starting(self) -> StartingConfig:
@@ -292,7 +291,7 @@ class PeopleTracker:
             self._update_states(gap_s)
             self._bystanders = Bystanders()
             for track in self.tracks():
-                track.pose = track.pose.standing()
+                track.stop()
         silhouettes: dict[int, NDArray[np.uint8]] = {}
         people: dict[View, Whereabouts] = {}
         for view in self._views():
@@ -359,8 +358,6 @@ class PeopleTracker:
             state, self._reasons[slot] = next_state(track, self._stamp_ns, gap_s=gap_s)
             if state != ENDED:
                 track.enter(state, self._reasons[slot])
-                if track.probation is not None and track.probation.is_over(self._stamp_ns):
-                    track.probation = None
                 continue
             self._slots[slot] = None
             if track.probation is not None:
@@ -378,7 +375,7 @@ class PeopleTracker:
             slot, track_id = place
             track = self._slots[slot] = self._new_track(view, start, track_id)
             if track_id is None and found.source == BY_WALK:
-                track.probation = Probation(self._stamp_ns)
+                track.try_out(self._stamp_ns)
         self._drop_unused()
 
     def _start(self, slot: int, box: Box) -> None:

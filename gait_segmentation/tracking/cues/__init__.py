@@ -14,6 +14,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,12 +54,24 @@ class CueInput:
         return to_x - x, to_y - y
 
 
+class Evidence(NamedTuple):
+    """
+    What a cue makes of pixels.
+
+    ``logit`` are log-likelihood ratios, (h, w) float32; ``values``, (h, w) uint8, are what the cue
+    is to learn from when the mask of the frame comes.
+    """
+
+    logit: NDArray[np.float32]
+    values: NDArray[np.uint8] | None = None
+
+
 class Cue(ABC):
     """Evidence for the pixels of one person, learnt from the masks that come back."""
 
     @abstractmethod
-    def evidence(self, given: CueInput) -> NDArray[np.float32] | None:
-        """Return log-likelihood ratios, (h, w) float32 of the window, None if nothing is known."""
+    def evidence(self, given: CueInput) -> Evidence | None:
+        """Return what the cue makes of the window's pixels, None if nothing is known."""
 
     def calibrate(  # noqa: B027
         self, values: NDArray[np.uint8], person: NDArray[np.uint8]
@@ -66,10 +79,6 @@ class Cue(ABC):
         """
         Learn which of the values that were noted are the person's.
 
-        :param values: (h, w) uint8, see :meth:`note`.
+        :param values: (h, w) uint8, see :class:`Evidence`.
         :param person: (h, w) uint8, non-zero on the person.
         """
-
-    def note(self, given: CueInput, values: NDArray[np.uint8]) -> None:
-        """Keep the values of the window's pixels with the state until its mask comes."""
-        given.states[-1].notes[type(self).__name__] = given.window, values

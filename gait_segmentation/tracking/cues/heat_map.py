@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from gait_segmentation.heat_maps import own_regions
 from gait_segmentation.images import count_likely, distance_from, shifted_part
 from gait_segmentation.tracking.association import beyond
-from gait_segmentation.tracking.cues import Cue, CueInput
+from gait_segmentation.tracking.cues import Cue, CueInput, Evidence
 
 _FLOOR = 0.03
 """Probability that a map is wrong though it is certain, which limits the evidence."""
@@ -43,7 +43,7 @@ class HeatMapCue(Cue):
     shown = 0.0
     """Share of the person that the last map showed."""
 
-    def evidence(self, given: CueInput) -> NDArray[np.float32] | None:
+    def evidence(self, given: CueInput) -> Evidence | None:
         """Return the evidence of the frame's map, see :meth:`Cue.evidence`."""
         frame, height = given.view.now, given.pose.height
         if frame.heat is None or not frame.heat_trust:
@@ -65,7 +65,7 @@ class HeatMapCue(Cue):
             # Then only what is where the person is expected need be theirs.
             away = beyond(distance_from(given.expected > 127), height / 2)
             found *= np.where(found > 0, 1 - several * away, 1)
-        return found
+        return Evidence(found)
 
 
 def covered(shown: float) -> float:

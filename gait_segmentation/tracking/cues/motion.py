@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from gait_segmentation.kernels import kernel
 from gait_segmentation.scene.scene import MOTION_GAP
 from gait_segmentation.scene.world_motion import WorldMotion
-from gait_segmentation.tracking.cues import Cue, CueInput
+from gait_segmentation.tracking.cues import Cue, CueInput, Evidence
 
 _LEAST_MOTION = 0.02
 """Motion of the body against the world from which the better explanation counts, in heights."""
@@ -59,8 +59,8 @@ class MotionCue(Cue):
 
         self._masks = 0
 
-    def evidence(self, given: CueInput) -> NDArray[np.float32] | None:
-        """Return log-likelihood ratios, see :meth:`Cue.evidence`."""
+    def evidence(self, given: CueInput) -> Evidence | None:
+        """Return what motion says; see :meth:`Cue.evidence`."""
         view, window, pose = given.view, given.window, given.pose
         recent = list(given.states)[-1 - MOTION_GAP :]
         state = next(each for each in recent if each.frame in view.frames)
@@ -75,8 +75,8 @@ class MotionCue(Cue):
         gray = view.now.image.gray[window]
         stay, move = (cv2.blur(cv2.absdiff(gray, each), (3, 3)) for each in (stays, moves))
         covered = np.zeros_like(stay)
-        if earlier.people is not None:
-            covered = motion.warped(earlier.people, window, cv2.BORDER_CONSTANT)
+        if (people := view.people_in(earlier)) is not None:
+            covered = motion.warped(people, window, cv2.BORDER_CONSTANT)
         x, y = motion.carry(pose.center_x - dx, pose.center_y - dy)
         apart = math.hypot(pose.center_x - x, pose.center_y - y)
         kinds, evidence = np.empty_like(stay), np.empty(stay.shape, np.float32)
@@ -90,8 +90,7 @@ class MotionCue(Cue):
             kinds,
             evidence,
         )
-        self.note(given, kinds)
-        return evidence
+        return Evidence(evidence, kinds)
 
     def calibrate(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
         """Count pairs of differences on and beside the person, see :meth:`Cue.calibrate`."""

@@ -51,7 +51,7 @@ def evidence(
     if found is None:
         return None
     whole = np.full(SHAPE, np.nan, np.float32)
-    whole[WINDOW] = found
+    whole[WINDOW] = found.logit
     return whole
 
 

@@ -45,13 +45,15 @@ class Walk:
         given = CueInput(
             self.view, self.states, pose, WINDOW, self.mask, nothing, True, 0.1, self.config
         )
-        return self.cue.evidence(given)
+        found = self.cue.evidence(given)
+        self.values = None if found is None else found.values
+        return None if found is None else found.logit
 
     def learn(self, mask: np.ndarray) -> None:
         """Tell the mask of the frame, and let the cloth go on."""
-        self.view.now.people = mask
-        for _, values in self.states[-1].notes.values():
-            self.cue.calibrate(values, mask)
+        self.view.add_background(self.view.now, mask, [])
+        if self.values is not None:
+            self.cue.calibrate(self.values, mask)
         self.left += self.step
 
     @property
