@@ -434,6 +434,10 @@ class Scene:
         view.accept(image, WorldMotion(), heat, blank=image.pyramid.is_blank)
         self.views.append(view)
 
+    def keep(self, views: list[View]) -> None:
+        """Let go of all other views."""
+        self.views = views
+
     def _hidden(self, leader: View, people: Mapping[View, Whereabouts]) -> NDArray[np.uint8]:
         """Return where people and what else moves were in the last frame, (h, w) uint8."""
         hidden = leader.people(people.get(leader, NOWHERE))

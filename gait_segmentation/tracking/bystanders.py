@@ -111,8 +111,12 @@ class Bystanders:
 
     def __init__(self) -> None:
         """Begin without any."""
-        self.tracks: list[Bystander] = []
         self._ids = count(-1, -1)
+        self.clear()
+
+    def clear(self) -> None:
+        """Let go of all of them."""
+        self.tracks: list[Bystander] = []
 
     def drop(self, view: View, box: Box) -> None:
         """Let go of who is in a box of a view, in working pixels: they have a slot now."""

@@ -34,7 +34,7 @@ def test_who_passes_takes_their_own_pixels_along_whatever_they_wear(coat) -> Non
 
 def test_they_are_followed_while_they_are_near_and_the_map_shows_them() -> None:
     told = started()
-    group = told.tracker._bystanders
+    group = told.tracker._slots.bystanders
     taken(told)
     assert group.tracks == []
     taken(told, Figure(210, BLUE))
@@ -59,11 +59,11 @@ def test_there_are_none_without_a_map_and_at_most_so_many(monkeypatch) -> None:
     told = started()
     for _ in range(3):
         taken(told, *crowd, shown=False)
-    assert told.tracker._bystanders.tracks == []
+    assert told.tracker._slots.bystanders.tracks == []
     monkeypatch.setattr(bystanders, 'MOST', 2)
     for _ in range(3):
         taken(told, *crowd)
-    assert len(told.tracker._bystanders.tracks) == 2
+    assert len(told.tracker._slots.bystanders.tracks) == 2
 
 
 def test_a_bystander_who_gets_a_slot_is_no_bystander_any_more() -> None:
@@ -76,7 +76,7 @@ def test_a_bystander_who_gets_a_slot_is_no_bystander_any_more() -> None:
         if number == 2:
             told.start(other)
         results = told.see(image, [own, theirs])
-        assert len(told.tracker._bystanders.tracks) == (number < 2)
+        assert len(told.tracker._slots.bystanders.tracks) == (number < 2)
     assert [result.track_id for result in results] == [1, 2]
 
 
@@ -86,4 +86,4 @@ def test_a_map_of_something_else_shows_nobody_beside() -> None:
         image, (theirs, own) = picture([Figure(210, BLUE), STAYS])
         told.tracker.add_heat_map(np.roll(theirs | own, (9, 14), (0, 1)), told.stamp_ns)
         told.see(image, [own])
-    assert told.tracker._bystanders.tracks == []
+    assert told.tracker._slots.bystanders.tracks == []
