@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -95,6 +95,9 @@ class View:
 
     ``background`` is what it looks like in the newest frame.
     """
+
+    is_whole = False
+    """Whether people are looked for in it, whoever is tracked."""
 
     def __init__(self, source: tuple[int, int], scale: float) -> None:
         """
@@ -276,6 +279,8 @@ class WholeView(View):
     Its background is moved along only when it is learnt, since each motion blurs it.
     """
 
+    is_whole = True
+
     def __init__(self, source: tuple[int, int], scale: float) -> None:
         """Make a view of which nothing is known; see :class:`View`."""
         super().__init__(source, scale)
@@ -434,9 +439,9 @@ class Scene:
         view.accept(image, WorldMotion(), heat, blank=image.pyramid.is_blank)
         self.views.append(view)
 
-    def keep(self, views: list[View]) -> None:
-        """Let go of all other views."""
-        self.views = views
+    def keep(self, views: Collection[View]) -> None:
+        """Let go of all other views, but of that in which people are looked for."""
+        self.views = [view for view in self.views if view in views or view.is_whole]
 
     def _hidden(self, leader: View, people: Mapping[View, Whereabouts]) -> NDArray[np.uint8]:
         """Return where people and what else moves were in the last frame, (h, w) uint8."""

@@ -59,6 +59,7 @@ _LOST_S = 1.0
 class Bystander(FusionTrack):
     """A track that is not published."""
 
+    in_slot = False
     unshown = 0
     """Frames in a row in which the map did not show them."""
 
@@ -74,7 +75,7 @@ class Bystander(FusionTrack):
         :param likelihood: (h, w) uint8 of the view.
         :param slots: everybody in a slot; while one of them is met nothing is kept.
         """
-        self.unshown = 0 if self.heat_map.shown >= _SHOWN else self.unshown + 1
+        self.unshown = 0 if self.shown >= _SHOWN else self.unshown + 1
         if self.state != TRACKED or self.is_outside:
             return
         window, expected = self.window, self.expected_mask()
@@ -190,12 +191,11 @@ def _is_beside(box: Box, known: Sequence[Track]) -> bool:
     near = [
         track
         for track in known
-        if isinstance(track, FusionTrack)
-        and not isinstance(track, Bystander)
+        if track.in_slot
         and _LEAST < box.height / track.pose.height < _MOST
         and _is_within(box, track, _NEAR)
     ]
-    return bool(near) and all(track.heat_map.shown >= _SHOWN for track in near)
+    return bool(near) and all(track.shown >= _SHOWN for track in near)
 
 
 def _is_within(box: Box, track: Track, heights: float) -> bool:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import cv2
 import numpy as np
@@ -18,11 +18,10 @@ from gait_segmentation.images import (
     count_likely,
     distance_from,
     placed,
-    shifted_part,
     shrink,
 )
 from gait_segmentation.results import LOST, TRACKED, Feedback
-from gait_segmentation.scene.scene import Frame, Shift, View
+from gait_segmentation.scene.scene import Frame, View
 from gait_segmentation.starting import FirstMask
 from gait_segmentation.tracking.appearance import Appearance, colour_signature
 from gait_segmentation.tracking.association import PixelClaim, beyond
@@ -32,7 +31,7 @@ from gait_segmentation.tracking.cues.heat_map import HeatMapCue
 from gait_segmentation.tracking.cues.motion import MotionCue
 from gait_segmentation.tracking.likelihood import log_ratio
 from gait_segmentation.tracking.pose import Pose
-from gait_segmentation.tracking.track import WHOLE, State, Track
+from gait_segmentation.tracking.track import WHOLE, Silhouette, State, Track
 from gait_segmentation.tracking.visibility import (
     ALONE,
     GUARD,
@@ -52,18 +51,6 @@ _MOST_SEEN = 4.0
 
 _MARGIN = 0.02
 """How far a mask may be off, in body heights: so far about it no background is learnt."""
-
-
-class Silhouette(NamedTuple):
-    """A mask or template, (h, w) uint8 of the view, and where the body was in its frame."""
-
-    image: NDArray[np.uint8]
-    displacement: Shift
-
-    def at(self, displacement: Shift, window: Window) -> NDArray[np.uint8]:
-        """Return a window of it, moved along with the body; it may be a part of the image."""
-        (x, y), (to_x, to_y) = self.displacement, displacement
-        return shifted_part(self.image, round(to_x - x), round(to_y - y), window)
 
 
 class FusionTrack(Track):
@@ -86,7 +73,8 @@ class FusionTrack(Track):
         """Begin with the first mask, in the newest frame of a view."""
         pose = Pose.of(start.body, start.box, start.body.angle if config.use_tilt else 0.0)
         super().__init__(track_id, view, pose, config)
-        self.mask = self.visible = self.full = Silhouette(start.mask, self.displacement)
+        self.mask = self.visible = Silhouette(start.mask, self.displacement)
+        self.full: Silhouette = self.mask
         self.template: Silhouette | None = None
         self._usual_area = self._area_of(start.mask)
         self.colours, self.surroundings = (
@@ -121,16 +109,7 @@ class FusionTrack(Track):
         if self.template is not None:
             template = self.template.at(self.displacement, window)
             strangers = np.float32(config.foreground_density) * beyond(away, pose.height)
-        logit = log_ratio(
-            lab,
-            pose.rows(window),
-            window,
-            view.background,
-            self.colours,
-            self.surroundings,
-            config,
-            strangers,
-        )
+        logit = self.log_ratio(lab, pose.rows(window), window, strangers)
         body, area = expected if template is None else template, self._usual_area
         # Each cue sees what those before it have added to the ratio.
         given = CueInput(view, self.states, pose, window, body, logit, seen, area, config)
@@ -171,6 +150,22 @@ class FusionTrack(Track):
     def looks_alike(self, mask: NDArray[np.uint8]) -> bool:
         """Return whether the colours in a mask are those of the person."""
         return self.appearance.is_like(self._signature(mask, self.view.now, self.window))
+
+    def log_ratio(
+        self,
+        lab: NDArray[np.uint8],
+        rows: NDArray[np.float32],
+        window: Window,
+        strangers: NDArray[np.float32] | None = None,
+    ) -> NDArray[np.float32]:
+        """Return ln p(person) / p(surroundings); see :func:`.likelihood.log_ratio`."""
+        models = self.view.background, self.colours, self.surroundings
+        return log_ratio(lab, rows, window, *models, self.config, strangers)
+
+    @property
+    def shown(self) -> float:  # type: ignore[override]
+        """Return the share of the person that the last heat map showed."""
+        return self.heat_map.shown
 
     def similarity(self, start: FirstMask, frame: Frame) -> float:
         """Return how alike (0..1) the colours of a first mask in some frame are."""

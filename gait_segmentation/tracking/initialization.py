@@ -21,7 +21,6 @@ from gait_segmentation.starting import FirstMask, estimate_first_mask
 from gait_segmentation.tracking.appearance import SAME_COLOURS
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues.heat_map import map_evidence
-from gait_segmentation.tracking.mean_shift import start_in
 from gait_segmentation.tracking.track import Track
 
 _FILLS = 0.7
@@ -52,8 +51,6 @@ def estimate_first(
     :param past: the place as it was before that frame, if it is known.
     :param by_map: whether the heat map of that frame is what tells of the person.
     """
-    if config.method == 'adaptive_mean_shift':
-        return start_in(box, view.shape)
     area = body_window(box.center_x, box.center_y, box.height, box)
     area = area.padded(_ABOUT * box.height, _ABOUT * box.height)
     window = area.slices(view.shape[1], view.shape[0])

@@ -13,9 +13,8 @@ from gait_segmentation.geometry import REACH
 from gait_segmentation.images import bounding_box
 from gait_segmentation.scene.scene import Shift
 from gait_segmentation.tracking.association import PixelClaim
-from gait_segmentation.tracking.fusion import FusionTrack
-from gait_segmentation.tracking.likelihood import likelihood_image, log_ratio
-from gait_segmentation.tracking.track import Track
+from gait_segmentation.tracking.likelihood import likelihood_image
+from gait_segmentation.tracking.track import Silhouette, Track
 from gait_segmentation.tracking.visibility import ALONE, LEAST_SEEN, Visibility
 
 _FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.12, 0.5, 0.35
@@ -47,7 +46,7 @@ def reacquire(
     """
     if claim is not None and likelihood is not None and _shows(track, claim, likelihood, taken):
         return likelihood
-    shift = _search(track, taken) if isinstance(track, FusionTrack) else None
+    shift = None if track.full is None else _search(track, track.full, taken)
     if shift is None:
         return None
     dx, dy = shift
@@ -96,9 +95,9 @@ def _shows(
     return True
 
 
-def _search(track: FusionTrack, taken: NDArray[np.uint8]) -> Shift | None:
+def _search(track: Track, last: Silhouette, taken: NDArray[np.uint8]) -> Shift | None:
     """
-    Look for the last silhouette of all of the person all over the newest frame.
+    Look for the last silhouette of all of a person all over the newest frame.
 
     :returns: how far from the expected place the person seems to be, in pixels, if anywhere.
     """
@@ -107,18 +106,11 @@ def _search(track: FusionTrack, taken: NDArray[np.uint8]) -> Shift | None:
     every = slice(None, None, step), slice(None, None, step)
     lab = view.now.image.lab_part(every)
     shape, height = (lab.shape[0], lab.shape[1]), pose.height / step
-    logit = log_ratio(
-        lab,
-        body_rows(shape, (0, 0), (pose.center_x / step, pose.center_y / step), height),
-        every,
-        view.background,
-        track.colours,
-        track.surroundings,
-        track.config,
-    )
+    rows = body_rows(shape, (0, 0), (pose.center_x / step, pose.center_y / step), height)
+    logit = track.log_ratio(lab, rows, every)
     likelihood = likelihood_image(logit, (slice(None), slice(None)), shape)
     likelihood[taken[every] > 0] = 0
-    full, then = track.full
+    full, then = last
     left, top, across, down = bounding_box(full)
     mask = np.ascontiguousarray(full[top : top + down : step, left : left + across : step])
     x = (left + track.displacement[0] - then[0] + across / 2) / step

@@ -23,9 +23,15 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.fusion import FusionTrack
 from gait_segmentation.tracking.initialization import estimate_first, slot_for_found
 from gait_segmentation.tracking.life_cycle import ENDED, next_state
-from gait_segmentation.tracking.mean_shift import MeanShiftTrack
+from gait_segmentation.tracking.mean_shift import MeanShiftTrack, start_in
 from gait_segmentation.tracking.pose import WIDEST
 from gait_segmentation.tracking.track import SAME_PERSON, Track
+
+_KINDS: dict[str, type[FusionTrack] | type[MeanShiftTrack]] = {
+    'fusion': FusionTrack,
+    'adaptive_mean_shift': MeanShiftTrack,
+}
+"""Classes of tracks by ``tracking.method``."""
 
 _MOST_APART = 1.5
 """Ratio of the scales of people who share a view."""
@@ -215,14 +221,18 @@ class Slots:
         self, view: View, box: Box, past: WholeView | None, *, by_map: bool = False
     ) -> FirstMask:
         """Estimate a first mask in a box in working pixels."""
+        if self._kind is MeanShiftTrack:
+            return start_in(box, view.shape)
         return estimate_first(view, box, past, self._bank, self.config, by_map=by_map)
 
     def _new_track(self, view: View, start: FirstMask, track_id: int | None = None) -> Track:
         number = next(self._ids) if track_id is None else track_id
         self.bystanders.drop(view, start.box)
-        if self.config.method == 'adaptive_mean_shift':
-            return MeanShiftTrack(number, view, start, self.config)
-        return FusionTrack(number, view, start, self.config)
+        return self._kind(number, view, start, self.config)
+
+    @property
+    def _kind(self) -> type[FusionTrack] | type[MeanShiftTrack]:
+        return _KINDS[self.config.method]
 
     def _view_for(self, scene: Scene, box: Box) -> View:
         """Return a view of the scene in which a person is well seen."""
@@ -235,5 +245,4 @@ class Slots:
         return view
 
     def _drop_unused(self, scene: Scene) -> None:
-        used = self.views(scene)
-        scene.keep([v for v in scene.views if v in used or isinstance(v, WholeView)])
+        scene.keep(self.views(scene))

@@ -8,12 +8,13 @@ import math
 from abc import ABC, abstractmethod
 from collections import deque
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import REACH, Box, body_window
-from gait_segmentation.images import Window, size_of
+from gait_segmentation.images import Window, shifted_part, size_of
 from gait_segmentation.results import LOST, TRACKED, FeatureWeight, Feedback, TrackResult
 from gait_segmentation.scene.scene import MOST_KEPT, Frame, Shift, View
 from gait_segmentation.starting import FirstMask
@@ -49,6 +50,18 @@ class State:
     frame: Frame
     displacement: Shift
     notes: dict[str, tuple[Window, NDArray[np.uint8]]] = field(default_factory=dict)
+
+
+class Silhouette(NamedTuple):
+    """A mask or template, (h, w) uint8 of the view, and where the body was in its frame."""
+
+    image: NDArray[np.uint8]
+    displacement: Shift
+
+    def at(self, displacement: Shift, window: Window) -> NDArray[np.uint8]:
+        """Return a window of it, moved along with the body; it may be a part of the image."""
+        (x, y), (to_x, to_y) = self.displacement, displacement
+        return shifted_part(self.image, round(to_x - x), round(to_y - y), window)
 
 
 class Track(ABC):
@@ -147,6 +160,21 @@ class Track(ABC):
     def silhouette(self) -> NDArray[np.uint8] | None:
         """Return what of the body optical flow can follow, (h, w) uint8 of the window, if any."""
         return None
+
+    full: Silhouette | None = None
+    """The last of all of a person whom no border cuts, who is looked for by it, if they are."""
+
+    shown = 0.0
+    """Share of the person that the last heat map showed."""
+
+    in_slot = True
+    """Whether they are published."""
+
+    def log_ratio(
+        self, lab: NDArray[np.uint8], rows: NDArray[np.float32], window: Window
+    ) -> NDArray[np.float32]:
+        """Return ln p(person) / p(surroundings) by colours; see :func:`.likelihood.log_ratio`."""
+        return np.zeros(rows.shape, np.float32)
 
     def similarity(self, start: FirstMask, frame: Frame) -> float:
         """Return how alike (0..1) the person and a first mask in some frame are."""
