@@ -70,6 +70,7 @@ class Lookout:
             self.pools = ThreadPoolExecutor(1, 'calm', _give_way), ThreadPoolExecutor(1, 'urgent')
         self._clock = clock
         self._blind = False
+        self._people: tuple[Detection, ...] | None = None
         self.reset()
 
     def reset(self) -> None:
@@ -78,7 +79,7 @@ class Lookout:
         self._running: Future[Sighting] | None = None
         self._fresh = True
         self.newest: Sighting | None = None
-        """The newest of all, for the diagnostics."""
+        """The newest that says who is there, if any does, for the diagnostics."""
 
     def look(
         self, image: NDArray[np.uint8], stamp_ns: int, *, boxes: bool = True, urgent: bool
@@ -100,7 +101,8 @@ class Lookout:
             if not self._running.done():
                 return None
             seen, self._running = self._running.result(), None
-            self.newest = seen
+            if seen.people is not None or seen.error or self.newest is None:
+                self.newest = seen
         # Which networks a file has is known once it is loaded.
         loaded = self._networks
         draws = self._config.network != BOXES if loaded is None else loaded.mapper is not None
@@ -124,13 +126,20 @@ class Lookout:
     def _tried(self, image: NDArray[np.uint8], stamp_ns: int, due: bool, fresh: bool) -> Sighting:
         try:
             with self._lock:
-                return self._sighting(image, stamp_ns, due, fresh)
+                # Who is there is told before they are drawn, in the next image: neither is late.
+                return self._sighting(image, stamp_ns, due, fresh, draw=not due)
         except GaitSegmentationError as error:
             self._blind = self._networks is None
             return Sighting(stamp_ns, None, error=str(error))
 
     def _sighting(
-        self, image: NDArray[np.uint8], stamp_ns: int, due: bool, fresh: bool
+        self,
+        image: NDArray[np.uint8],
+        stamp_ns: int,
+        due: bool,
+        fresh: bool,
+        *,
+        draw: bool = True,
     ) -> Sighting:
         if self._networks is None:
             self._networks = open_networks(self._config.network)
@@ -141,7 +150,9 @@ class Lookout:
         if mapper is not None:
             if fresh:
                 mapper.reset()
-            heat_map = mapper.draw(image, people)
+            self._people = people if people is not None else self._people
+            if draw:
+                heat_map, self._people = mapper.draw(image, self._people), None
         return Sighting(stamp_ns, people, heat_map, self._clock() - started)
 
 

@@ -112,3 +112,17 @@ def test_what_cannot_be_loaded_is_said_once_by_a_thread_and_always_in_lockstep()
     assert [each and each.people for each in said] == [None] * 4
     assert ['FILE.onnx' in each.error for each in said if each is not None] == [True]
     assert 'FILE.onnx' in lookout.newest.error
+
+
+def test_in_a_thread_people_are_told_before_they_are_drawn():
+    lookout = Lookout(networks=Networks(DETECTOR.people, Mapper(True)), threaded=True)
+    said = []
+    for number in range(6):
+        said.append(lookout.look(IMAGE, (2 + number) * 40_000_000, urgent=True))
+        done(lookout)
+    assert said[0] is None
+    assert [each.people is not None for each in said[1:]] == [True, False, False, True, False]
+    assert [each.heat_map is None for each in said[1:]] == [True, False, False, True, False]
+    # The first image is drawn with who was seen in the one before.
+    assert [int(each.heat_map[0, 1]) for each in said[2:4]] == [1, -1]
+    assert lookout.newest.people == (SOMEBODY,)
