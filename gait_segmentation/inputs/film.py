@@ -25,6 +25,7 @@ from gait_segmentation.files.image_files import (
 from gait_segmentation.files.output_files import film_name
 from gait_segmentation.inputs.encodings import in_8_bits
 from gait_segmentation.inputs.source import DEFAULT_FPS, MOST_FRAMES, Entry, ImageSource
+from gait_segmentation.stamps import LEAST_STEP_NS
 
 _LOGGER = logging.getLogger('gait_segmentation')
 _FRAME_ID = 'camera'
@@ -108,7 +109,7 @@ class FilmSource(ImageSource):
                 if not self._rate:
                     plausible = differs and first_ns + own_ns > last_ns
                     stamp_ns = first_ns + (own_ns if plausible else stamp_ns)
-                last_ns = stamp_ns = max(stamp_ns, last_ns + 1)
+                last_ns = stamp_ns = max(stamp_ns, last_ns + LEAST_STEP_NS)
                 yield Entry(stamp_ns, stamp_ns, _FRAME_ID, partial(_retrieve, capture))
                 number += 1
             if not number:
