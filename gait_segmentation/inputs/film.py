@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import logging
 import mmap
+import re
 from collections import Counter
 from collections.abc import Iterator
 from functools import partial
@@ -24,7 +25,13 @@ from gait_segmentation.files.image_files import (
 )
 from gait_segmentation.files.output_files import film_name
 from gait_segmentation.inputs.encodings import in_8_bits
-from gait_segmentation.inputs.source import DEFAULT_FPS, MOST_FRAMES, Entry, ImageSource
+from gait_segmentation.inputs.source import (
+    DEFAULT_FPS,
+    MOST_FRAMES,
+    DamagedError,
+    Entry,
+    ImageSource,
+)
 from gait_segmentation.stamps import LEAST_STEP_NS
 
 _LOGGER = logging.getLogger('gait_segmentation')
@@ -33,10 +40,22 @@ _MP4_BEGINS = (b'ftyp', b'wide', b'free', b'mdat')
 _OFF = 0.5
 """Periods by which a frame's own time may differ from the rate before it is used instead."""
 
+_MOST_FPS = 1000
+_ROOM, _ROOM_S = 0.05, 0.5
+"""Share and seconds by which a film may be shorter than it claims."""
+
+_MOST_EDITS = 1000
+"""That are looked at: a number in a damaged file may be any."""
+
 
 def _stamp_ns(number: int, fps: float) -> int:
     """Return the stamp of a frame of a film: its end, since zero stands for no stamp."""
     return round((number + 1) * 1e9 / fps)
+
+
+def _number(data: bytes | mmap.mmap, at: int, size: int = 4) -> int:
+    """Return a number in an MP4."""
+    return int.from_bytes(data[at : at + size], 'big')
 
 
 class FilmSource(ImageSource):
@@ -47,7 +66,7 @@ class FilmSource(ImageSource):
         capture = self._capture()
         opened = capture.isOpened()
         self._fps = float(capture.get(cv2.CAP_PROP_FPS))
-        claimed = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
+        self._claimed = claimed = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
         codec = int(capture.get(cv2.CAP_PROP_FOURCC)) & 0xFFFFFFFF
         self._codec = codec.to_bytes(4, 'little').decode('latin-1')
         turned = int(capture.get(cv2.CAP_PROP_ORIENTATION_META))
@@ -67,15 +86,55 @@ class FilmSource(ImageSource):
 
     def _why_closed(self) -> str:
         """Return what is wrong with what OpenCV cannot open."""
-        with self.path.open('rb') as file:
-            if file.read(8)[4:] in _MP4_BEGINS:
-                with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-                    if data.find(b'moov') < 0:
-                        return (
-                            'the recording was cut off before it was finished: its index (moov '
-                            'atom), which is written last, is missing; record or copy it again'
-                        )
+        if self._index() == b'':
+            return (
+                'the recording was cut off before it was finished: its index (moov atom), which '
+                'is written last, is missing; record or copy it again'
+            )
         return 'it is none, or OpenCV lacks its codec'
+
+    def _index(self) -> bytes | None:
+        """Return the index of an MP4, empty if it is missing; None of other films."""
+        with self.path.open('rb') as file:
+            if file.read(8)[4:] not in _MP4_BEGINS:
+                return None
+            with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+                at = data.find(b'moov')
+                return data[at : at + _number(data, at - 4)] if at > 3 else b''
+
+    def _promised_s(self) -> float:
+        """Return how long a film claims to be, without what an edit list of MP4 hides."""
+        index = self._index() or b''
+        head = index.find(b'mvhd')
+        scale = _number(index, head + (24 if index[head + 4 : head + 5] == b'\1' else 16))
+        promised_s = self._claimed / self._fps
+        for edits in re.finditer(b'elst', index):
+            at, wide = edits.start(), index[edits.end() : edits.end() + 1] == b'\1'
+            step, size = (20, 8) if wide else (12, 4)
+            begins = range(at + 12, at + 12 + step * _number(index, at + 8), step)
+            shown = sum(_number(index, each, size) for each in begins[:_MOST_EDITS])
+            if shown and scale:
+                promised_s = min(promised_s, shown / scale)
+        return promised_s
+
+    def _check_end(self, number: int, first: float, last_ms: float) -> None:
+        """
+        Compare how far a film could be read with what it claims.
+
+        :param number: of the frames that were read.
+        :param first: time of the first one in frames.
+        :param last_ms: that of the last one since then.
+        :raises DamagedError: if much is missing.
+        """
+        if not (0 < self._fps <= _MOST_FPS and number < self._claimed <= MOST_FRAMES):
+            return
+        promised_s = self._promised_s()
+        # Durations are often those of the sound, and trimming is not exact.
+        if (first + 1) / self._fps + last_ms / 1e3 < (1 - _ROOM) * promised_s - _ROOM_S:
+            raise DamagedError(
+                f'{self.path} is damaged: {number} of about {round(promised_s * self._fps)} '
+                'frames can be read; copy or record it again'
+            )
 
     def _capture(self) -> cv2.VideoCapture:
         capture = cv2.VideoCapture(film_name(self.path))
@@ -87,24 +146,31 @@ class FilmSource(ImageSource):
         """Return what was asked for, or what the film says."""
         if self._rate:
             return self._rate
-        return self._fps if 0 < self._fps <= 1000 else DEFAULT_FPS
+        return self._fps if 0 < self._fps <= _MOST_FPS else DEFAULT_FPS
 
     def entries(self) -> Iterator[Entry]:
-        """Yield all frames."""
+        """
+        Yield all frames.
+
+        :raises DamagedError: where it ends early.
+        """
         capture = self._capture()
         fps = self.rate()
         number = 0
         first_ns = last_ns = 0
+        first = last_ms = 0.0
         try:
             # Not by seeking: that lands on another frame in films with few key frames.
             while capture.grab():
                 stamp_ns = _stamp_ns(number, fps)
                 # Films of telephones have uneven frames, and some containers claim the rate of
                 # half frames.
-                own_ns = round(1e6 * capture.get(cv2.CAP_PROP_POS_MSEC)) + _stamp_ns(0, fps)
+                last_ms = capture.get(cv2.CAP_PROP_POS_MSEC)
+                own_ns = round(1e6 * last_ms) + _stamp_ns(0, fps)
                 if not number and hasattr(cv2, 'CAP_PROP_PTS'):
                     # OpenCV counts its times from the first frame, which may have a clock's.
-                    first_ns = max(0, round(1e9 * capture.get(cv2.CAP_PROP_PTS) / fps))
+                    first = max(capture.get(cv2.CAP_PROP_PTS), 0.0)
+                    first_ns = round(1e9 * first / fps)
                 differs = abs(own_ns - stamp_ns) > _OFF * 1e9 / fps
                 if not self._rate:
                     plausible = differs and first_ns + own_ns > last_ns
@@ -117,6 +183,7 @@ class FilmSource(ImageSource):
                     f'{self.path}: no frame can be decoded; its codec is {self._codec!a}: encode '
                     'it again, such as with ffmpeg -i FILE NEW.mp4'
                 )
+            self._check_end(number, first, last_ms)
         finally:
             capture.release()
 

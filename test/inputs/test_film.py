@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.inputs import ImageSource, open_input
+from gait_segmentation.inputs import DamagedError, ImageSource, open_input
 from test.files.test_image_files import HUGE_PNG
 
 
@@ -127,13 +127,46 @@ def test_a_film_of_a_telephone_is_upright(degrees: int, tmp_path: Path) -> None:
             assert np.abs(image.astype(int) - scaled).mean() < 10
 
 
-def test_the_number_of_frames_that_a_film_claims_is_a_hint(tmp_path: Path) -> None:
-    path = write_film(tmp_path / 'film.avi', b'MJPG', 40)
+@pytest.mark.parametrize(
+    ('name', 'codec'), [('film.avi', b'MJPG'), ('film.mp4', b'mp4v'), ('film.mkv', b'MJPG')]
+)
+def test_a_film_that_ends_early_is_damaged_and_all_before_is_read(
+    name: str, codec: bytes, tmp_path: Path
+) -> None:
+    path = write_film(tmp_path / name, codec, 40)
     whole = path.read_bytes()
-    path.write_bytes(whole[: len(whole) // 2])
-    source = open_input(path)
+    assert len(list(open_input(path).frames())) == 40
+    # Where it is cut off, or nothing but zeros; the index of an MP4 is behind.
+    middle = len(whole) // 2
+    rest = whole[middle:]
+    zeros = (
+        bytes(len(rest))
+        if b'moov' not in rest
+        else bytes(at := rest.index(b'moov') - 4) + rest[at:]
+    )
+    path.write_bytes(whole[:middle] + zeros)
+    source, read = open_input(path), []
     assert source.total == 40
-    assert 0 < len(list(source.frames())) < 40
+    with pytest.raises(DamagedError, match=r'is damaged: \d+ of about 40 frames can be read'):
+        read.extend(frame for frame in source.frames())
+    assert 0 < len(read) < 40
+
+
+@pytest.mark.parametrize(('shown', 'whole'), [(5, True), (40, False)])
+def test_what_an_edit_list_hides_is_not_missing(shown: int, whole: bool, tmp_path: Path) -> None:
+    path = write_film(tmp_path / 'film.mp4', count=40)
+    data = bytearray(path.read_bytes())
+    at = data.index(b'elst')
+    struct.pack_into('>I', data, at + 12, shown * struct.unpack_from('>I', data, at + 12)[0] // 40)
+    # As of a film of which the rest is hidden, or is lost.
+    middle = data.index(b'mdat') + (data.index(b'moov') - data.index(b'mdat')) // 2
+    data[middle : data.index(b'moov') - 4] = bytes(data.index(b'moov') - 4 - middle)
+    path.write_bytes(data)
+    if whole:
+        assert list(open_input(path).frames())
+    else:
+        with pytest.raises(DamagedError):
+            list(open_input(path).frames())
 
 
 @pytest.mark.parametrize(
