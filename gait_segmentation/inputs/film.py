@@ -40,6 +40,9 @@ _MP4_BEGINS = (b'ftyp', b'wide', b'free', b'mdat')
 _OFF = 0.5
 """Periods by which a frame's own time may differ from the rate before it is used instead."""
 
+_TIMELESS, _ASSUMED_FPS = (b'\xff\xd8\xff', b'\0\0\0\1'), 25.0
+"""What raw streams of MJPEG, H.264 and H.265 begin with, and their rate if they tell none."""
+
 _MOST_FPS = 1000
 _ROOM, _ROOM_S = 0.05, 0.5
 """Share and seconds by which a film may be shorter than it claims."""
@@ -81,6 +84,14 @@ class FilmSource(ImageSource):
             check_pixels((width, height), self._max_pixels)
         except InputError as error:
             raise SequenceError(f'{self.path}: {error}') from error
+        with self.path.open('rb') as file:
+            timeless = file.read(4).startswith(_TIMELESS)
+        if timeless and self._fps == _ASSUMED_FPS and not self._rate:
+            _LOGGER.warning(
+                '%s has no times and is read at %g frames per second: --rate (rate:= of a launch '
+                'file) says what is true',
+                *(self.path, self._fps),
+            )
         # A hint: films are trimmed without being encoded again, and some formats only estimate.
         return claimed if 0 < claimed <= MOST_FRAMES else None
 

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.inputs import DamagedError, ImageSource, open_input
+from gait_segmentation.inputs import DamagedError, ImageSource, encodings, open_input
+from gait_segmentation.inputs.encodings import in_8_bits
 from test.files.test_image_files import HUGE_PNG
 
 
@@ -61,6 +62,16 @@ def test_the_rate_of_an_input_can_be_told(folder: Path, film: Path) -> None:
         assert source.fps == 8
         stamps = [frame.stamp_ns for frame in source.frames()]
         assert stamps == [125_000_000 * (index + 1) for index in range(5)]
+
+
+def test_of_a_stream_without_times_it_is_said_that_its_rate_is_assumed(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = tmp_path / 'pi.mjpeg'
+    path.write_bytes(cv2.imencode('.jpg', np.full((48, 64, 3), 90, np.uint8))[1].tobytes() * 5)
+    assert (open_input(path, rate=20).fps, len(caplog.records)) == (20, 0)
+    assert open_input(path).fps == 25
+    assert 'has no times and is read at 25 frames per second' in caplog.text
 
 
 def test_frames_are_scaled_down_and_never_up_or_to_nothing(folder: Path, tmp_path: Path) -> None:
@@ -224,9 +235,18 @@ def test_an_image_that_cannot_be_read_is_one_frame_less(folder: Path) -> None:
         open_input(folder)
 
 
-def test_of_16_bits_the_upper_8_used_count(tmp_path: Path) -> None:
+def test_of_16_bits_the_upper_8_used_count(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    encodings._warn_of_darkness.cache_clear()
     for number, most in enumerate((4095, 40, 65535)):
         assert cv2.imwrite(str(tmp_path / f'{number}.png'), np.full((4, 6), most, np.uint16))
     for bits, expected in ((16, [15, 0, 255]), (12, [255, 2, 255])):
         source = open_input(tmp_path, sample_bits=bits)
         assert [int(image[0, 0, 0]) for image in source.images()] == expected
+        # Of each number of bits it is told once that one is as dark as if there were less.
+        assert f'nearly black if {bits} of them' in caplog.records[-1].getMessage()
+    assert len(caplog.records) == 2
+    encodings._warn_of_darkness.cache_clear()
+    in_8_bits(np.full((4, 6), 1024, np.uint16), '', 12)
+    assert len(caplog.records) == 2
