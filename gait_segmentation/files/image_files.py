@@ -22,7 +22,7 @@ from gait_segmentation.errors import InputError, SequenceError
 from gait_segmentation.heat_maps import heat_map_of
 
 IMAGE_SUFFIXES = (
-    *('.bmp', '.jpeg', '.jpg', '.pbm', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp'),
+    *('.bmp', '.jfif', '.jpeg', '.jpg', '.pbm', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp'),
 )
 """Endings of the files taken for images."""
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import logging
 import mmap
+import os
 import re
 from collections import Counter
 from collections.abc import Iterator
@@ -43,6 +44,7 @@ _OFF = 0.5
 _TIMELESS, _ASSUMED_FPS = (b'\xff\xd8\xff', b'\0\0\0\1'), 25.0
 """What raw streams of MJPEG, H.264 and H.265 begin with, and their rate if they tell none."""
 
+_PACKED = ('.7z', '.bz2', '.gz', '.lz4', '.rar', '.tar', '.tgz', '.xz', '.zip', '.zst', '.zstd')
 _MOST_FPS = 1000
 _ROOM, _ROOM_S = 0.05, 0.5
 """Share and seconds by which a film may be shorter than it claims."""
@@ -102,6 +104,10 @@ class FilmSource(ImageSource):
                 'the recording was cut off before it was finished: its index (moov atom), which '
                 'is written last, is missing; record or copy it again'
             )
+        if self.path.suffix.lower() in _PACKED:
+            return 'it is packed: unpack it first'
+        if self.path.suffix == '.active':
+            return 'its recorder was killed: rosbag reindex FILE mends it, then name it .bag'
         return 'it is none, or OpenCV lacks its codec'
 
     def _index(self) -> bytes | None:
@@ -208,12 +214,21 @@ class FolderSource(ImageSource):
         if not self._files:
             raise SequenceError(
                 f'{self.path} holds no images ({", ".join(IMAGE_SUFFIXES)}) and no bag'
+                f'{self._way_out()}'
             )
         others = Counter(each.suffix or each.name for each in self._others())
         if others:
             listed = ', '.join(f'{count} {suffix}' for suffix, count in others.items())
             _LOGGER.warning('%s: skipped what is no image that is read: %s', self.path, listed)
         return len(self._files)
+
+    def _way_out(self) -> str:
+        """Return what to give instead of a folder without images."""
+        inside = sorted(each for each in self.path.iterdir() if not each.name.startswith('.'))
+        for each in inside:
+            if each.is_dir() and os.access(each, os.R_OK) and images_in(each):
+                return f': images lie one folder down, in {each}'
+        return f': give each film or bag in it, such as {self.path}/*' if inside else ''
 
     def _others(self) -> Iterator[Path]:
         for each in self.path.iterdir() if self.path.is_dir() else ():

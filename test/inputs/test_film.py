@@ -204,7 +204,11 @@ def test_what_is_asked_for_and_cannot_be_is_refused(folder: Path, given: dict, s
         ('rtsp://10.0.0.1/x', 'is an address'),
         ('0', 'is a camera'),
         ('notes.txt', 'cannot be read as a film'),
-        ('empty', 'holds no images'),
+        ('empty', r'holds no images .* and no bag$'),
+        ('films', r'and no bag: give each film or bag in it, such as films/\*'),
+        ('nested', 'and no bag: images lie one folder down, in nested/b'),
+        ('walk.mcap.zst', 'it is packed: unpack it first'),
+        ('walk.bag.active', 'rosbag reindex FILE'),
         ('cut.mp4', 'the recording was cut off before it was finished'),
         ('unknown.avi', "its codec is '"),
         ('huge.png', 'OPENCV_IO_MAX_IMAGE_PIXELS'),
@@ -215,7 +219,10 @@ def test_what_is_no_input_is_refused(
 ) -> None:
     monkeypatch.chdir(film.parent)
     Path('notes.txt').write_text('words')
-    Path('empty').mkdir()
+    for name_of_folder in ('empty', 'films', 'nested/a', 'nested/b'):
+        Path(name_of_folder).mkdir(parents=True)
+    for file in ('films/a.mp4', 'nested/b/0.jfif', 'walk.mcap.zst', 'walk.bag.active'):
+        Path(file).write_text('words')
     Path('huge.png').write_bytes(HUGE_PNG)
     Path('cut.mp4').write_bytes(film.read_bytes().partition(b'moov')[0])
     unknown = write_film(Path('unknown.avi'), b'MJPG')
