@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from pathlib import Path
+from zlib import compress, crc32
 
 import cv2
 import numpy as np
@@ -81,6 +82,26 @@ def test_frames_are_scaled_down_and_never_up_or_to_nothing(folder: Path, tmp_pat
     assert open_input(folder, width=600).size == (60, 40)
     cv2.imwrite(str(tmp_path / '1.png'), np.zeros((1, 90, 3), np.uint8))
     assert open_input(tmp_path / '1.png', width=9).size == (9, 1)
+
+
+def test_an_animated_png_is_a_film(tmp_path: Path) -> None:
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack('>I', len(data)) + kind + data + struct.pack('>I', crc32(kind + data))
+
+    size = struct.pack('>2I', 64, 48)
+    parts = [chunk(b'IHDR', size + b'\x08\0\0\0\0'), chunk(b'acTL', struct.pack('>2I', 3, 0))]
+    for index in range(3):
+        pixels = compress(bytes([0, *[40 * index] * 64]) * 48)
+        number = max(2 * index - 1, 0)
+        about = size + struct.pack('>2I2H2B', 0, 0, 1, 8, 0, 0)
+        parts.append(chunk(b'fcTL', struct.pack('>I', number) + about))
+        data = struct.pack('>I', number + 1) + pixels
+        parts.append(chunk(b'fdAT', data) if index else chunk(b'IDAT', pixels))
+    path = tmp_path / 'walk.png'
+    path.write_bytes(b'\x89PNG\r\n\x1a\n' + b''.join(parts) + chunk(b'IEND', b''))
+    source = open_input(path)
+    assert source.fps == 8
+    assert [int(image[9, 9, 0]) for image in source.images()] == [0, 40, 80]
 
 
 @pytest.mark.parametrize('name', ['2024-05-01T12:30:05.mp4', 'walk%03d.mp4', '-ä 走.mp4'])
