@@ -38,6 +38,8 @@ from gait_segmentation.stamps import LEAST_STEP_NS
 _LOGGER = logging.getLogger('gait_segmentation')
 _FRAME_ID = 'camera'
 _MP4_BEGINS = (b'ftyp', b'wide', b'free', b'mdat')
+_MP4_HEAD = re.compile(rb'mvhd(?:\x00.{11}|\x01.{19})(.{4})', re.DOTALL)
+_MP4_EDITS = re.compile(rb'elst([\x00\x01])...(.{4})', re.DOTALL)
 _OFF = 0.5
 """Periods by which a frame's own time may differ from the rate before it is used instead."""
 
@@ -49,18 +51,10 @@ _MOST_FPS = 1000
 _ROOM, _ROOM_S = 0.05, 0.5
 """Share and seconds by which a film may be shorter than it claims."""
 
-_MOST_EDITS = 1000
-"""That are looked at: a number in a damaged file may be any."""
-
 
 def _stamp_ns(number: int, fps: float) -> int:
     """Return the stamp of a frame of a film: its end, since zero stands for no stamp."""
     return round((number + 1) * 1e9 / fps)
-
-
-def _number(data: bytes | mmap.mmap, at: int, size: int = 4) -> int:
-    """Return a number in an MP4."""
-    return int.from_bytes(data[at : at + size], 'big')
 
 
 class FilmSource(ImageSource):
@@ -90,9 +84,9 @@ class FilmSource(ImageSource):
             timeless = file.read(4).startswith(_TIMELESS)
         if timeless and self._fps == _ASSUMED_FPS and not self._rate:
             _LOGGER.warning(
-                '%s has no times and is read at %g frames per second: --rate (rate:= of a launch '
+                '%s has no times and is read at 25 frames per second: --rate (rate:= of a launch '
                 'file) says what is true',
-                *(self.path, self._fps),
+                self.path,
             )
         # A hint: films are trimmed without being encoded again, and some formats only estimate.
         return claimed if 0 < claimed <= MOST_FRAMES else None
@@ -117,31 +111,27 @@ class FilmSource(ImageSource):
                 return None
             with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
                 at = data.find(b'moov')
-                return data[at : at + _number(data, at - 4)] if at > 3 else b''
+                return data[at : at + int.from_bytes(data[at - 4 : at], 'big')] if at > 3 else b''
 
     def _promised_s(self) -> float:
         """Return how long a film claims to be, without what an edit list of MP4 hides."""
         index = self._index() or b''
-        head = index.find(b'mvhd')
-        scale = _number(index, head + (24 if index[head + 4 : head + 5] == b'\1' else 16))
         promised_s = self._claimed / self._fps
-        for edits in re.finditer(b'elst', index):
-            at, wide = edits.start(), index[edits.end() : edits.end() + 1] == b'\1'
-            step, size = (20, 8) if wide else (12, 4)
-            begins = range(at + 12, at + 12 + step * _number(index, at + 8), step)
-            shown = sum(_number(index, each, size) for each in begins[:_MOST_EDITS])
-            if shown and scale:
-                promised_s = min(promised_s, shown / scale)
+        head = _MP4_HEAD.search(index)
+        for edits in _MP4_EDITS.finditer(index) if head else ():
+            step, size = (20, 8) if edits[1] == b'\1' else (12, 4)
+            begins = range(edits.end(), len(index), step)[: int.from_bytes(edits[2], 'big')]
+            shown = sum(int.from_bytes(index[each : each + size], 'big') for each in begins)
+            if shown and head:
+                promised_s = min(promised_s, shown / max(int.from_bytes(head[1], 'big'), 1))
         return promised_s
 
     def _check_end(self, number: int, first: float, last_ms: float) -> None:
         """
-        Compare how far a film could be read with what it claims.
+        Refuse a film that claims to be longer than ``number`` frames that could be read.
 
-        :param number: of the frames that were read.
         :param first: time of the first one in frames.
         :param last_ms: that of the last one since then.
-        :raises DamagedError: if much is missing.
         """
         if not (0 < self._fps <= _MOST_FPS and number < self._claimed <= MOST_FRAMES):
             return

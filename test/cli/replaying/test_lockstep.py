@@ -106,7 +106,7 @@ def test_where_time_jumps_back_it_begins_anew_or_drops_frames(
     warnings: list[str] = []
     pipeline: Any = LaggedPipeline()
     monkeypatch.setattr(pipeline, 'initialize', started.append)
-    box = Box(1, 1, 3, 4)
+    box = Box(1, 0, 3, 8)
     answers = run([READ[k].frame for k in order], pipeline, warn=warnings.append, box=box)
     assert numbers(answers) == (answered, answered)
     assert len(warnings) == len(order) - len(answered) + starts - 1
