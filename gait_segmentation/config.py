@@ -184,20 +184,24 @@ def overridden(config: Config, settings: Iterable[str]) -> Config:
     """
     Return a pipeline's configuration with settings such as ``segmentation.contrast=3`` applied.
 
+    The stage may be left out where only one has such a parameter.
+
     :raises ConfigError: if a setting is malformed, unknown or out of range; the message names
         what there is.
     """
+    known = {
+        f'{stage}.{about.name}': about
+        for stage, each in stages_of(config).items()
+        for about in parameters_of(each)
+    }
     for setting in settings:
-        path, equals, text = setting.partition('=')
-        stage, dot, name = path.strip().partition('.')
-        if not equals or not dot:
+        given, equals, text = map(str.strip, setting.partition('='))
+        found = [full for full in known if given in (full, full.partition('.')[2])]
+        if not equals:
             raise ConfigError(f'a setting must be STAGE.PARAMETER=VALUE, got {setting!r}')
-        stages = stages_of(config)
-        if stage not in stages:
-            raise ConfigError(f'the stage of {setting!r} must be one of {", ".join(stages)}')
-        known = {about.name: about for about in parameters_of(stages[stage])}
-        if name not in known:
-            alike = difflib.get_close_matches(name, known, n=3) or known
-            raise ConfigError(f'{stage} has no parameter {name!r}, but {", ".join(alike)}')
-        config = replaced(config, stage, name, known[name].parsed(text.strip()))
+        if len(found) != 1:
+            alike = found or difflib.get_close_matches(given, known, n=3, cutoff=0.0)
+            raise ConfigError(f'{given!r} is not the name of one parameter: {", ".join(alike)}?')
+        stage, _, name = found[0].partition('.')
+        config = replaced(config, stage, name, known[found[0]].parsed(text))
     return config

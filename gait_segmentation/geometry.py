@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 
+_LEAST_START = 8
 _LARGEST_START = 4.0
 """Size of a first box, in image sizes, above which it cannot be that of a person in view."""
 
@@ -250,13 +251,18 @@ def check_start_box(box: Box, size: tuple[int, int]) -> None:
 
     :param box: in source pixels.
     :param size: width and height of the source image.
-    :raises InputError: if the box lies outside of the image, or more than 4 images wide
-        or high.
+    :raises InputError: if the box lies outside of the image by half, as corners do that are taken
+        for a size, is less than 8 pixels high, as shares of the image are, or more than 4 images
+        wide or high.
     """
     width, height = size
     image = f'the image of {width} x {height} pixels'
-    if box.clipped(width, height) is None:
-        raise InputError(f'box to start from must not lie outside of {image}, got {_told(box)}')
+    inside = 0 < box.center_x < width and 0 < box.center_y < height
+    if not inside or box.height < min(_LEAST_START, height):
+        raise InputError(
+            'box to start from must be x, y, width, height in pixels, at least '
+            f'{_LEAST_START} high, and not lie outside of {image} by half, got {_told(box)}'
+        )
     if box.width > _LARGEST_START * width or box.height > _LARGEST_START * height:
         raise InputError(
             f'box to start from must be at most {_LARGEST_START:g} times as wide and high as '

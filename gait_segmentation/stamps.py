@@ -20,6 +20,9 @@ from gait_segmentation.errors import InputError
 _RESET_S = 1.0
 """A step back that is longer is no late frame: time was set back, or a bag begins again."""
 
+LEAST_STEP_NS = 200_000
+"""The least from one frame to the next."""
+
 
 class Order(Enum):
     """What the stamp of a frame says about its place among the others."""
@@ -70,11 +73,17 @@ def check_later(stamp_ns: int, before_ns: int) -> None:
     """
     Refuse a stamp that is not later than that of the frame before, 0 without one.
 
-    :raises InputError: if it is not, or is none, see :func:`check_stamp`.
+    :raises InputError: if it is not, or is none, see :func:`check_stamp`, or no camera can be so
+        fast, as where frames are counted or other units are given.
     """
     check_stamp(stamp_ns)
     if stamp_ns <= before_ns:
         raise InputError(f'stamps must increase without a reset, got {stamp_ns} after {before_ns}')
+    if before_ns and stamp_ns - before_ns < LEAST_STEP_NS:
+        raise InputError(
+            f'stamps must be nanoseconds, at least {LEAST_STEP_NS} apart, got {stamp_ns} after '
+            f'{before_ns}: are they frame numbers, or in us or ms?'
+        )
 
 
 class Stamped(Protocol):

@@ -29,6 +29,7 @@ class Tracking(StageConfig):
 @dataclass(frozen=True)
 class Matching(StageConfig):
     lag: int = parameter(0, 'How late.', minimum=0, maximum=10)
+    use_colour: bool = parameter(True, 'Whether.')
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ def test_integers_are_taken_for_floats_and_changes_are_checked() -> None:
 def test_settings_are_applied_in_order():
     config = overridden(
         Stages(),
-        ['tracking.gain=0.25', 'matching.lag=3', 'tracking.use_colour=false', 'matching.lag = 4'],
+        ['tracking.gain=0.25', 'matching.lag=3', 'tracking.use_colour=false', 'lag = 4'],
     )
     assert config.tracking.gain == 0.25
     assert config.matching.lag == 4
@@ -98,8 +99,9 @@ def test_settings_are_applied_in_order():
     ('setting', 'message'),
     [
         ('tracking.gain', "must be STAGE.PARAMETER=VALUE, got 'tracking.gain'"),
-        ('walking.gain=1', 'one of tracking, matching'),
-        ('tracking.grain=1', "tracking has no parameter 'grain', but gain"),
+        ('walking.lag=1', "'walking.lag' is not the name of one parameter: matching.lag, "),
+        ('tracking.grain=1', "'tracking.grain' is not the name of one parameter: tracking.gain, "),
+        ('use_colour=1', r'one parameter: tracking.use_colour, matching.use_colour\?'),
         ('tracking.gain=2', 'gain must be a number from 0 to 1, got 2.0'),
         ('tracking.gain=much', "gain must be a number from 0 to 1, got 'much'"),
         ('tracking.use_colour=2', "use_colour must be true or false, got '2'"),

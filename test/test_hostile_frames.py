@@ -31,7 +31,7 @@ SHAPES = st.one_of(
     *[st.tuples(SIDES, SIDES)] * 5, *map(st.tuples, (FEW, FEW, MANY), (FEW, MANY, FEW))
 )
 PICTURES = st.sampled_from((*['walk'] * 5, 'last', 'dark', 'bright', 'noise', 0, 127, 255))
-STEPS_S = st.sampled_from((*[1 / 25] * 5, 1 / 10, 1e-9, 1.0, 3.0, 1e4, 0.0, -0.5, -5.0))
+STEPS_S = st.sampled_from((*[1 / 25] * 5, 1 / 10, 2e-4, 1.0, 3.0, 1e4, 0.0, -0.5, -5.0))
 
 
 def changed(draw: Any, config: StageConfig) -> Any:

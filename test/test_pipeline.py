@@ -90,13 +90,17 @@ def test_an_outer_likelihood_takes_the_place_of_the_trackers() -> None:
         [result] = pipe.update(frame.image, frame.stamp_ns, likelihood=noisy.astype(np.uint8))
         assert overlap(result.mask, frame.truths[0]) > 0.85
     with pytest.raises(InputError):
-        pipe.update(frame.image, frame.stamp_ns + 1, likelihood=np.zeros((5, 5, 3), np.uint8))
+        pipe.update(
+            frame.image, frame.stamp_ns + 1_000_000, likelihood=np.zeros((5, 5, 3), np.uint8)
+        )
     with pytest.raises(
         InputError, match='proportions of the image of 320 x 240 pixels, got 5 x 90'
     ):
-        pipe.update(frame.image, frame.stamp_ns + 1, likelihood=np.zeros((90, 5), np.uint8))
+        pipe.update(
+            frame.image, frame.stamp_ns + 1_000_000, likelihood=np.zeros((90, 5), np.uint8)
+        )
     # Nothing was taken in, so the stamp has not been used.
-    assert len(pipe.update(frame.image, frame.stamp_ns + 1)) == 1
+    assert len(pipe.update(frame.image, frame.stamp_ns + 1_000_000)) == 1
 
 
 def test_a_heat_map_is_evidence_beside_the_trackers_own() -> None:
@@ -111,8 +115,10 @@ def test_a_heat_map_is_evidence_beside_the_trackers_own() -> None:
         contrasts.append(float(values[inside].mean()) - float(values[~inside].mean()))
     assert contrasts[1] > contrasts[0] + 1
     with pytest.raises(InputError):
-        told.update(frame.image, frame.stamp_ns + 1, heat_map=np.zeros((5, 5, 2), np.uint8))
-    assert len(told.update(frame.image, frame.stamp_ns + 1)) == 1
+        told.update(
+            frame.image, frame.stamp_ns + 1_000_000, heat_map=np.zeros((5, 5, 2), np.uint8)
+        )
+    assert len(told.update(frame.image, frame.stamp_ns + 1_000_000)) == 1
 
 
 def test_a_map_of_something_else_changes_nothing() -> None:
@@ -220,7 +226,7 @@ def test_timings_come_from_the_clock_given() -> None:
     assert result.timings_ms['matching'] == 1000
     assert result.timings_ms['total'] >= 3000
     # Learning counts as tracking, also if it comes later.
-    [result] = pipe.update(clip()[1].image, 6, learn=False)
+    [result] = pipe.update(clip()[1].image, 1_000_000, learn=False)
     before = dict(result.timings_ms)
     pipe.apply_feedback()
     assert result.timings_ms['tracking'] == before['tracking'] + 1000

@@ -69,6 +69,10 @@ def test_stamps_must_be_positive_integers(stamp: object, said: str) -> None:
         check_stamp(stamp)  # type: ignore[arg-type]
     with pytest.raises(InputError, match='must increase without a reset, got 7 after 7'):
         check_later(7, 7)
+    # Microseconds, milliseconds and numbers of frames are none.
+    with pytest.raises(InputError, match='nanoseconds, at least 200000 apart, got 200006 after 7'):
+        check_later(200_006, 7)
+    check_later(200_007, 7)
 
 
 def test_frames_are_answered_in_order_also_those_passed_over() -> None:

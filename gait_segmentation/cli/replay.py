@@ -29,7 +29,7 @@ from gait_segmentation.config import overridden, replaced
 from gait_segmentation.detector.config import BOXES
 from gait_segmentation.detector.networks import open_networks
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.files.image_files import IMAGE_SUFFIXES
+from gait_segmentation.files.image_files import is_picture
 from gait_segmentation.geometry import Box
 
 _DAMAGED = 1
@@ -135,7 +135,7 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
         if path is not None:
             settings = read_parameter_file(path, settings)
     for path in options.input:
-        if path.suffix.lower() in IMAGE_SUFFIXES and path.is_file():
+        if is_picture(path):
             raise ConfigError(f'{path} is a single picture: give the folder, {path.parent}')
     config = overridden(settings.config, options.set)
     if options.detector:

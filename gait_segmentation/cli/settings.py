@@ -24,7 +24,7 @@ from gait_segmentation.streams.config import (
 
 _SECTIONS = ('gait_tracker', 'gait_matcher', 'gait_segmenter', 'gait_pipeline', '**', '*')
 _UNNAMED = 'people'
-"""The stage whose parameters have no prefix in ROS."""
+"""The stage whose parameters have no prefix in ROS, and here either way."""
 
 
 @dataclass(frozen=True)
@@ -67,11 +67,8 @@ def read_parameter_file(path: Path, settings: Settings | None = None) -> Setting
 
 def _names(config: PipelineConfig) -> list[str]:
     """Return the names of all parameters that the nodes have."""
-    groups = [
-        ('' if stage == _UNNAMED else stage, type(values))
-        for stage, values in stages_of(config).items()
-    ]
-    groups += [('', kind) for kind in OF_NODES]
+    groups = [(stage, type(values)) for stage, values in stages_of(config).items()]
+    groups += [('', kind) for kind in (type(stages_of(config)[_UNNAMED]), *OF_NODES)]
     return [
         qualified(group, about.name) for group, kind in groups for about in parameters_of(kind)
     ]

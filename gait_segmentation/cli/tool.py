@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import os
 import sys
 from collections.abc import Callable, Mapping
@@ -55,6 +56,9 @@ def run_tool(name: str, run: Callable[[], int | None]) -> int:
     :returns: the exit code: 2 after an error of this package or of a file, 130 if interrupted, 1
         if the output is not read any more.
     """
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        # As standard error: names of files may have letters that the console has not.
+        sys.stdout.reconfigure(errors='backslashreplace')
     try:
         try:
             return run() or 0

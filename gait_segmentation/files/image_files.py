@@ -9,6 +9,7 @@ it is loaded, see :mod:`gait_segmentation`.
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from gait_segmentation.errors import InputError, SequenceError
 from gait_segmentation.heat_maps import heat_map_of
 
 IMAGE_SUFFIXES = (
-    *('.bmp', '.jpeg', '.jpg', '.pbm', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp'),
+    *('.bmp', '.jfif', '.jpeg', '.jpg', '.pbm', '.pgm', '.png', '.ppm', '.tif', '.tiff', '.webp'),
 )
 """Endings of the files taken for images."""
 
@@ -78,6 +79,16 @@ def _natural(path: Path) -> tuple[list[Any], str]:
     parts: list[Any] = re.split('([0-9]+)', path.stem)
     parts[1::2] = map(int, parts[1::2])
     return parts, path.name
+
+
+def is_picture(path: Path) -> bool:
+    """Return whether a path is that of one picture; an animated PNG is a film."""
+    if path.suffix.lower() not in IMAGE_SUFFIXES or not path.is_file():
+        return False
+    if not os.access(path, os.R_OK):
+        return True
+    with path.open('rb') as file:
+        return b'acTL' not in file.read(1 << 16).partition(b'IDAT')[0]
 
 
 def images_in(folder: Path) -> list[Path]:

@@ -11,7 +11,7 @@ from typing import Any
 
 from gait_segmentation import MOST_PIXELS
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.files.image_files import IMAGE_SUFFIXES
+from gait_segmentation.files.image_files import is_picture
 from gait_segmentation.inputs.bag import BagSource, is_bag
 from gait_segmentation.inputs.film import FilmSource, FolderSource
 from gait_segmentation.inputs.source import DamagedError, Frame, ImageSource, check_rate
@@ -70,6 +70,5 @@ def open_input(
             f'{path} is no bag and has no topic {topic}: leave out --topic (topic:= of a launch '
             'file)'
         )
-    images = path.is_dir() or path.suffix.lower() in IMAGE_SUFFIXES
-    kind = FolderSource if images else FilmSource
+    kind = FolderSource if path.is_dir() or is_picture(path) else FilmSource
     return kind(path, **wanted)

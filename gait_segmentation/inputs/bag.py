@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -25,6 +26,7 @@ _STORAGE = ('.mcap', '.db3')
 _IMAGE = 'sensor_msgs/msg/Image'
 _COMPRESSED = 'sensor_msgs/msg/CompressedImage'
 _MEND = 'mcap recover FILE, rosbag reindex FILE or ros2 bag reindex FOLDER mends what was cut off'
+_NAMELESS = re.compile(rb"""storage_identifier: *(''|"")? *$""", re.MULTILINE)
 _RATE_FRAMES = 60
 """Stamps that the rate is found from."""
 
@@ -156,8 +158,16 @@ class BagSource(ImageSource):
 
         # Old recordings of ROS 2 do not say what their messages are.
         types = get_typestore(Stores.ROS2_JAZZY)
-        with AnyReader([self.path], default_typestore=types) as reader:
+        with AnyReader(self._readable(), default_typestore=types) as reader:
             yield reader
+
+    def _readable(self) -> list[Path]:
+        """Return the bag, or its files if its metadata does not say what they are."""
+        about = self.path / 'metadata.yaml'
+        # So ros2 bag reindex of Humble leaves it.
+        if about.is_file() and _NAMELESS.search(about.read_bytes()):
+            return sorted(_storage_files(self.path))
+        return [self.path]
 
     def _topics(self) -> dict[str, Topic]:
         try:
@@ -169,7 +179,7 @@ class BagSource(ImageSource):
                 return found
         except Exception as error:
             # rosbags and SQLite raise whatever the damage made of it.
-            why = f'{str(error) or repr(error)}; {_MEND}'
+            why = f'{_MEND} (rosbags says: {str(error) or repr(error)})'
             if any(
                 each.suffix == '.mcap' and _is_ros1(each) for each in _storage_files(self.path)
             ):

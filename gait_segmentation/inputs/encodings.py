@@ -9,7 +9,9 @@ made, so this needs no ROS.  ``cv_bridge`` is not used: its Python side breaks w
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, TypeAlias
 
 import cv2
@@ -26,6 +28,9 @@ ImageLike: TypeAlias = Any
 
 CompressedImageLike: TypeAlias = Any
 """What has the fields of sensor_msgs/CompressedImage."""
+
+_DARK_BITS = 2
+"""Upper bits that are not used by the whole of an image of which they are said to be."""
 
 _SHOWN = 40
 """Letters of a name from the wire that errors repeat."""
@@ -91,7 +96,19 @@ def upper_bits(samples: NDArray[np.uint16], bits: int = 16) -> NDArray[np.uint8]
     :param bits: of a sample that the camera uses, 8 to 16: some send 10, 12 or 14 as 16, the upper
         ones zero.
     """
+    if samples.max(initial=0) < 1 << (bits - _DARK_BITS):
+        _warn_of_darkness(bits)
     return np.minimum(samples >> (bits - 8), 255).astype(np.uint8)
+
+
+@cache
+def _warn_of_darkness(bits: int) -> None:
+    """Say once what may be wrong with images that use less than the bits they are said to."""
+    logging.getLogger('gait_segmentation').warning(
+        'an image of 16 bits is nearly black if %d of them are used: sample_bits (--sample-bits) '
+        'says how many the camera uses, such as 10 or 12',
+        bits,
+    )
 
 
 def in_8_bits(image: NDArray[Any], name: str, bits: int = 16) -> NDArray[np.uint8]:

@@ -6,6 +6,8 @@ from __future__ import annotations
 
 import logging
 import mmap
+import os
+import re
 from collections import Counter
 from collections.abc import Iterator
 from functools import partial
@@ -24,13 +26,30 @@ from gait_segmentation.files.image_files import (
 )
 from gait_segmentation.files.output_files import film_name
 from gait_segmentation.inputs.encodings import in_8_bits
-from gait_segmentation.inputs.source import DEFAULT_FPS, MOST_FRAMES, Entry, ImageSource
+from gait_segmentation.inputs.source import (
+    DEFAULT_FPS,
+    MOST_FRAMES,
+    DamagedError,
+    Entry,
+    ImageSource,
+)
+from gait_segmentation.stamps import LEAST_STEP_NS
 
 _LOGGER = logging.getLogger('gait_segmentation')
 _FRAME_ID = 'camera'
 _MP4_BEGINS = (b'ftyp', b'wide', b'free', b'mdat')
+_MP4_HEAD = re.compile(rb'mvhd(?:\x00.{11}|\x01.{19})(.{4})', re.DOTALL)
+_MP4_EDITS = re.compile(rb'elst([\x00\x01])...(.{4})', re.DOTALL)
 _OFF = 0.5
 """Periods by which a frame's own time may differ from the rate before it is used instead."""
+
+_TIMELESS, _ASSUMED_FPS = (b'\xff\xd8\xff', b'\0\0\0\1'), 25.0
+"""What raw streams of MJPEG, H.264 and H.265 begin with, and their rate if they tell none."""
+
+_PACKED = ('.7z', '.bz2', '.gz', '.lz4', '.rar', '.tar', '.tgz', '.xz', '.zip', '.zst', '.zstd')
+_MOST_FPS = 1000
+_ROOM, _ROOM_S = 0.05, 0.5
+"""Share and seconds by which a film may be shorter than it claims."""
 
 
 def _stamp_ns(number: int, fps: float) -> int:
@@ -46,7 +65,7 @@ class FilmSource(ImageSource):
         capture = self._capture()
         opened = capture.isOpened()
         self._fps = float(capture.get(cv2.CAP_PROP_FPS))
-        claimed = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
+        self._claimed = claimed = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
         codec = int(capture.get(cv2.CAP_PROP_FOURCC)) & 0xFFFFFFFF
         self._codec = codec.to_bytes(4, 'little').decode('latin-1')
         turned = int(capture.get(cv2.CAP_PROP_ORIENTATION_META))
@@ -61,20 +80,68 @@ class FilmSource(ImageSource):
             check_pixels((width, height), self._max_pixels)
         except InputError as error:
             raise SequenceError(f'{self.path}: {error}') from error
+        with self.path.open('rb') as file:
+            timeless = file.read(4).startswith(_TIMELESS)
+        if timeless and self._fps == _ASSUMED_FPS and not self._rate:
+            _LOGGER.warning(
+                '%s has no times and is read at 25 frames per second: --rate (rate:= of a launch '
+                'file) says what is true',
+                self.path,
+            )
         # A hint: films are trimmed without being encoded again, and some formats only estimate.
         return claimed if 0 < claimed <= MOST_FRAMES else None
 
     def _why_closed(self) -> str:
         """Return what is wrong with what OpenCV cannot open."""
-        with self.path.open('rb') as file:
-            if file.read(8)[4:] in _MP4_BEGINS:
-                with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-                    if data.find(b'moov') < 0:
-                        return (
-                            'the recording was cut off before it was finished: its index (moov '
-                            'atom), which is written last, is missing; record or copy it again'
-                        )
+        if self._index() == b'':
+            return (
+                'the recording was cut off before it was finished: its index (moov atom), which '
+                'is written last, is missing; record or copy it again'
+            )
+        if self.path.suffix.lower() in _PACKED:
+            return 'it is packed: unpack it first'
+        if self.path.suffix == '.active':
+            return 'its recorder was killed: rosbag reindex FILE mends it, then name it .bag'
         return 'it is none, or OpenCV lacks its codec'
+
+    def _index(self) -> bytes | None:
+        """Return the index of an MP4, empty if it is missing; None of other films."""
+        with self.path.open('rb') as file:
+            if file.read(8)[4:] not in _MP4_BEGINS:
+                return None
+            with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+                at = data.find(b'moov')
+                return data[at : at + int.from_bytes(data[at - 4 : at], 'big')] if at > 3 else b''
+
+    def _promised_s(self) -> float:
+        """Return how long a film claims to be, without what an edit list of MP4 hides."""
+        index = self._index() or b''
+        promised_s = self._claimed / self._fps
+        head = _MP4_HEAD.search(index)
+        for edits in _MP4_EDITS.finditer(index) if head else ():
+            step, size = (20, 8) if edits[1] == b'\1' else (12, 4)
+            begins = range(edits.end(), len(index), step)[: int.from_bytes(edits[2], 'big')]
+            shown = sum(int.from_bytes(index[each : each + size], 'big') for each in begins)
+            if shown and head:
+                promised_s = min(promised_s, shown / max(int.from_bytes(head[1], 'big'), 1))
+        return promised_s
+
+    def _check_end(self, number: int, first: float, last_ms: float) -> None:
+        """
+        Refuse a film that claims to be longer than ``number`` frames that could be read.
+
+        :param first: time of the first one in frames.
+        :param last_ms: that of the last one since then.
+        """
+        if not (0 < self._fps <= _MOST_FPS and number < self._claimed <= MOST_FRAMES):
+            return
+        promised_s = self._promised_s()
+        # Durations are often those of the sound, and trimming is not exact.
+        if (first + 1) / self._fps + last_ms / 1e3 < (1 - _ROOM) * promised_s - _ROOM_S:
+            raise DamagedError(
+                f'{self.path} is damaged: {number} of about {round(promised_s * self._fps)} '
+                'frames can be read; copy or record it again'
+            )
 
     def _capture(self) -> cv2.VideoCapture:
         capture = cv2.VideoCapture(film_name(self.path))
@@ -86,29 +153,36 @@ class FilmSource(ImageSource):
         """Return what was asked for, or what the film says."""
         if self._rate:
             return self._rate
-        return self._fps if 0 < self._fps <= 1000 else DEFAULT_FPS
+        return self._fps if 0 < self._fps <= _MOST_FPS else DEFAULT_FPS
 
     def entries(self) -> Iterator[Entry]:
-        """Yield all frames."""
+        """
+        Yield all frames.
+
+        :raises DamagedError: where it ends early.
+        """
         capture = self._capture()
         fps = self.rate()
         number = 0
         first_ns = last_ns = 0
+        first = last_ms = 0.0
         try:
             # Not by seeking: that lands on another frame in films with few key frames.
             while capture.grab():
                 stamp_ns = _stamp_ns(number, fps)
                 # Films of telephones have uneven frames, and some containers claim the rate of
                 # half frames.
-                own_ns = round(1e6 * capture.get(cv2.CAP_PROP_POS_MSEC)) + _stamp_ns(0, fps)
+                last_ms = capture.get(cv2.CAP_PROP_POS_MSEC)
+                own_ns = round(1e6 * last_ms) + _stamp_ns(0, fps)
                 if not number and hasattr(cv2, 'CAP_PROP_PTS'):
                     # OpenCV counts its times from the first frame, which may have a clock's.
-                    first_ns = max(0, round(1e9 * capture.get(cv2.CAP_PROP_PTS) / fps))
+                    first = max(capture.get(cv2.CAP_PROP_PTS), 0.0)
+                    first_ns = round(1e9 * first / fps)
                 differs = abs(own_ns - stamp_ns) > _OFF * 1e9 / fps
                 if not self._rate:
                     plausible = differs and first_ns + own_ns > last_ns
                     stamp_ns = first_ns + (own_ns if plausible else stamp_ns)
-                last_ns = stamp_ns = max(stamp_ns, last_ns + 1)
+                last_ns = stamp_ns = max(stamp_ns, last_ns + LEAST_STEP_NS)
                 yield Entry(stamp_ns, stamp_ns, _FRAME_ID, partial(_retrieve, capture))
                 number += 1
             if not number:
@@ -116,6 +190,7 @@ class FilmSource(ImageSource):
                     f'{self.path}: no frame can be decoded; its codec is {self._codec!a}: encode '
                     'it again, such as with ffmpeg -i FILE NEW.mp4'
                 )
+            self._check_end(number, first, last_ms)
         finally:
             capture.release()
 
@@ -129,12 +204,21 @@ class FolderSource(ImageSource):
         if not self._files:
             raise SequenceError(
                 f'{self.path} holds no images ({", ".join(IMAGE_SUFFIXES)}) and no bag'
+                f'{self._way_out()}'
             )
         others = Counter(each.suffix or each.name for each in self._others())
         if others:
             listed = ', '.join(f'{count} {suffix}' for suffix, count in others.items())
             _LOGGER.warning('%s: skipped what is no image that is read: %s', self.path, listed)
         return len(self._files)
+
+    def _way_out(self) -> str:
+        """Return what to give instead of a folder without images."""
+        inside = sorted(each for each in self.path.iterdir() if not each.name.startswith('.'))
+        for each in inside:
+            if each.is_dir() and os.access(each, os.R_OK) and images_in(each):
+                return f': images lie one folder down, in {each}'
+        return f': give each film or bag in it, such as {self.path}/*' if inside else ''
 
     def _others(self) -> Iterator[Path]:
         for each in self.path.iterdir() if self.path.is_dir() else ():

@@ -141,12 +141,16 @@ def test_names_tell_inputs_apart(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ('options', 'reason'),
     [
-        (['--box', '5000', '0', '10', '10'], 'must not lie outside of the image'),
+        (['--box', '5000', '0', '10', '10'], 'not lie outside of the image'),
         (['--topic', '/nowhere'], 'topic /nowhere is not there'),
-        (['--set', 'matching.nothing=1'], "matching has no parameter 'nothing'"),
+        (
+            ['--set', 'matching.nothing=1'],
+            "'matching.nothing' is not the name of one parameter: matching.",
+        ),
         (['--jobs', '0'], '--jobs must be from 1 to 1024, got 0'),
         (['--overlay', 'x.nonsense'], 'cannot be written as a film'),
         (['picture.jpg'], 'picture.jpg is a single picture: give the folder'),
+        (['--set', 'max_peple=2'], 'one parameter: people.max_people, '),
         (['--params', 'typo.yaml'], 'no parameter max_peple: did you mean max_people?'),
         (['--params', 'no_such_file.yaml'], 'no_such_file.yaml cannot be read: No such file'),
     ],
@@ -168,6 +172,7 @@ def test_a_parameter_file_is_read_as_the_nodes_read_it(given: list[str], tmp_pat
     file = tmp_path / 'params.yaml'
     file.write_text(
         '/**:\n  ros__parameters:\n    backlog: 3\n    max_people: 2\n'
+        '    people.people_threads: 3\n'
         '    initial_box: [1, 2, 30, 40]\n'
         '/robot/gait_pipeline:\n  ros__parameters:\n    matching: {lag: 4, window: 1}\n'
         'camera:\n  ros__parameters:\n    matching.lag: 9\n'
@@ -175,6 +180,7 @@ def test_a_parameter_file_is_read_as_the_nodes_read_it(given: list[str], tmp_pat
     command = [given[0], '--out', given[-1], '--params', str(file)]
     (job,) = make_jobs(parser().parse_args(command))
     assert (job.config.people.max_people, job.config.matching.lag) == (2, 4)
+    assert job.config.people.people_threads == 3
     assert job.config.matching.window == 1.0
     assert job.box is not None
     assert (job.box.x, job.box.height) == (1, 40)

@@ -56,6 +56,12 @@ def test_a_reader_that_leaves_is_no_error() -> None:
         assert process.wait(60) == 1
 
 
+def test_a_console_without_the_letters_of_a_name_is_no_error() -> None:
+    script = 'from gait_segmentation.cli.tool import run_tool\nrun_tool("", lambda: print("\xe4"))'
+    env = {**os.environ, 'PYTHONIOENCODING': 'ascii'}
+    assert subprocess.check_output([sys.executable, '-c', script], cwd=ROOT, env=env) == b'\\xe4\n'
+
+
 @pytest.mark.parametrize(
     'work', ['print("x")', 'argparse.ArgumentParser().parse_args(["--help"])']
 )

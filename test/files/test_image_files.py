@@ -27,6 +27,8 @@ def encoded(suffix: str) -> bytes:
     """Return noise as a file of 64 x 48 pixels."""
     image = np.random.default_rng(0).integers(0, 256, (*SIZE[::-1], 3)).astype(np.uint8)
     grey = suffix in ('.pbm', '.pgm')
+    # OpenCV knows files of that name by their content alone.
+    suffix = '.jpg' if suffix == '.jfif' else suffix
     return cv2.imencode(suffix, image[:, :, 0] if grey else image)[1].tobytes()
 
 

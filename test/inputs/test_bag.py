@@ -36,6 +36,8 @@ WRITERS: dict[str, Callable[[Path, dict], Path]] = {
     'mcap': write_bag2,
     'sqlite3': lambda path, topics: write_bag2(path, topics, SQLITE),
     'ros1': lambda path, topics: write_bag1(path.with_suffix('.bag'), topics),
+    'mcap, storage not named': lambda path, topics: _nameless(write_bag2(path, topics), '""'),
+    'sqlite3, storage not named': lambda path, topics: _nameless(write_bag2(path, topics, SQLITE)),
     'mcap, chunks packed': partial(write_bag2, mode=CompressionMode.STORAGE),
     **{
         f'{plugin.name}, {mode.name}': partial(write_bag2, plugin=plugin, mode=mode)
@@ -43,6 +45,16 @@ WRITERS: dict[str, Callable[[Path, dict], Path]] = {
         for mode in (CompressionMode.MESSAGE, CompressionMode.FILE)
     },
 }
+
+
+def _nameless(path: Path, said: str = '') -> Path:
+    about = path / 'metadata.yaml'
+    lines = [
+        line if 'storage_identifier' not in line else f'{line.partition(":")[0]}: {said}'
+        for line in about.read_text().splitlines()
+    ]
+    about.write_text('\n'.join(lines))
+    return path
 
 
 def noisy(count: int) -> list[Any]:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import struct
 from pathlib import Path
+from zlib import compress, crc32
 
 import cv2
 import numpy as np
 import pytest
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.inputs import ImageSource, open_input
+from gait_segmentation.inputs import DamagedError, ImageSource, encodings, open_input
+from gait_segmentation.inputs.encodings import in_8_bits
 from test.files.test_image_files import HUGE_PNG
 
 
@@ -63,6 +65,16 @@ def test_the_rate_of_an_input_can_be_told(folder: Path, film: Path) -> None:
         assert stamps == [125_000_000 * (index + 1) for index in range(5)]
 
 
+def test_of_a_stream_without_times_it_is_said_that_its_rate_is_assumed(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    path = tmp_path / 'pi.mjpeg'
+    path.write_bytes(cv2.imencode('.jpg', np.full((48, 64, 3), 90, np.uint8))[1].tobytes() * 5)
+    assert (open_input(path, rate=20).fps, len(caplog.records)) == (20, 0)
+    assert open_input(path).fps == 25
+    assert 'has no times and is read at 25 frames per second' in caplog.text
+
+
 def test_frames_are_scaled_down_and_never_up_or_to_nothing(folder: Path, tmp_path: Path) -> None:
     source = open_input(folder, width=30)
     assert (source.size, source.scale) == ((30, 20), 0.5)
@@ -70,6 +82,26 @@ def test_frames_are_scaled_down_and_never_up_or_to_nothing(folder: Path, tmp_pat
     assert open_input(folder, width=600).size == (60, 40)
     cv2.imwrite(str(tmp_path / '1.png'), np.zeros((1, 90, 3), np.uint8))
     assert open_input(tmp_path / '1.png', width=9).size == (9, 1)
+
+
+def test_an_animated_png_is_a_film(tmp_path: Path) -> None:
+    def chunk(kind: bytes, data: bytes) -> bytes:
+        return struct.pack('>I', len(data)) + kind + data + struct.pack('>I', crc32(kind + data))
+
+    size = struct.pack('>2I', 64, 48)
+    parts = [chunk(b'IHDR', size + b'\x08\0\0\0\0'), chunk(b'acTL', struct.pack('>2I', 3, 0))]
+    for index in range(3):
+        pixels = compress(bytes([0, *[40 * index] * 64]) * 48)
+        number = max(2 * index - 1, 0)
+        about = size + struct.pack('>2I2H2B', 0, 0, 1, 8, 0, 0)
+        parts.append(chunk(b'fcTL', struct.pack('>I', number) + about))
+        data = struct.pack('>I', number + 1) + pixels
+        parts.append(chunk(b'fdAT', data) if index else chunk(b'IDAT', pixels))
+    path = tmp_path / 'walk.png'
+    path.write_bytes(b'\x89PNG\r\n\x1a\n' + b''.join(parts) + chunk(b'IEND', b''))
+    source = open_input(path)
+    assert source.fps == 8
+    assert [int(image[9, 9, 0]) for image in source.images()] == [0, 40, 80]
 
 
 @pytest.mark.parametrize('name', ['2024-05-01T12:30:05.mp4', 'walk%03d.mp4', '-ä 走.mp4'])
@@ -127,13 +159,46 @@ def test_a_film_of_a_telephone_is_upright(degrees: int, tmp_path: Path) -> None:
             assert np.abs(image.astype(int) - scaled).mean() < 10
 
 
-def test_the_number_of_frames_that_a_film_claims_is_a_hint(tmp_path: Path) -> None:
-    path = write_film(tmp_path / 'film.avi', b'MJPG', 40)
+@pytest.mark.parametrize(
+    ('name', 'codec'), [('film.avi', b'MJPG'), ('film.mp4', b'mp4v'), ('film.mkv', b'MJPG')]
+)
+def test_a_film_that_ends_early_is_damaged_and_all_before_is_read(
+    name: str, codec: bytes, tmp_path: Path
+) -> None:
+    path = write_film(tmp_path / name, codec, 40)
     whole = path.read_bytes()
-    path.write_bytes(whole[: len(whole) // 2])
-    source = open_input(path)
+    assert len(list(open_input(path).frames())) == 40
+    # Where it is cut off, or nothing but zeros; the index of an MP4 is behind.
+    middle = len(whole) // 2
+    rest = whole[middle:]
+    zeros = (
+        bytes(len(rest))
+        if b'moov' not in rest
+        else bytes(at := rest.index(b'moov') - 4) + rest[at:]
+    )
+    path.write_bytes(whole[:middle] + zeros)
+    source, read = open_input(path), []
     assert source.total == 40
-    assert 0 < len(list(source.frames())) < 40
+    with pytest.raises(DamagedError, match=r'is damaged: \d+ of about 40 frames can be read'):
+        read.extend(frame for frame in source.frames())
+    assert 0 < len(read) < 40
+
+
+@pytest.mark.parametrize(('shown', 'whole'), [(5, True), (40, False)])
+def test_what_an_edit_list_hides_is_not_missing(shown: int, whole: bool, tmp_path: Path) -> None:
+    path = write_film(tmp_path / 'film.mp4', count=40)
+    data = bytearray(path.read_bytes())
+    at = data.index(b'elst')
+    struct.pack_into('>I', data, at + 12, shown * struct.unpack_from('>I', data, at + 12)[0] // 40)
+    # As of a film of which the rest is hidden, or is lost.
+    middle = data.index(b'mdat') + (data.index(b'moov') - data.index(b'mdat')) // 2
+    data[middle : data.index(b'moov') - 4] = bytes(data.index(b'moov') - 4 - middle)
+    path.write_bytes(data)
+    if whole:
+        assert list(open_input(path).frames())
+    else:
+        with pytest.raises(DamagedError):
+            list(open_input(path).frames())
 
 
 @pytest.mark.parametrize(
@@ -160,7 +225,11 @@ def test_what_is_asked_for_and_cannot_be_is_refused(folder: Path, given: dict, s
         ('rtsp://10.0.0.1/x', 'is an address'),
         ('0', 'is a camera'),
         ('notes.txt', 'cannot be read as a film'),
-        ('empty', 'holds no images'),
+        ('empty', r'holds no images .* and no bag$'),
+        ('films', r'and no bag: give each film or bag in it, such as films/\*'),
+        ('nested', 'and no bag: images lie one folder down, in nested/b'),
+        ('walk.mcap.zst', 'it is packed: unpack it first'),
+        ('walk.bag.active', 'rosbag reindex FILE'),
         ('cut.mp4', 'the recording was cut off before it was finished'),
         ('unknown.avi', "its codec is '"),
         ('huge.png', 'OPENCV_IO_MAX_IMAGE_PIXELS'),
@@ -171,7 +240,10 @@ def test_what_is_no_input_is_refused(
 ) -> None:
     monkeypatch.chdir(film.parent)
     Path('notes.txt').write_text('words')
-    Path('empty').mkdir()
+    for name_of_folder in ('empty', 'films', 'nested/a', 'nested/b'):
+        Path(name_of_folder).mkdir(parents=True)
+    for file in ('films/a.mp4', 'nested/b/0.jfif', 'walk.mcap.zst', 'walk.bag.active'):
+        Path(file).write_text('words')
     Path('huge.png').write_bytes(HUGE_PNG)
     Path('cut.mp4').write_bytes(film.read_bytes().partition(b'moov')[0])
     unknown = write_film(Path('unknown.avi'), b'MJPG')
@@ -191,9 +263,18 @@ def test_an_image_that_cannot_be_read_is_one_frame_less(folder: Path) -> None:
         open_input(folder)
 
 
-def test_of_16_bits_the_upper_8_used_count(tmp_path: Path) -> None:
+def test_of_16_bits_the_upper_8_used_count(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    encodings._warn_of_darkness.cache_clear()
     for number, most in enumerate((4095, 40, 65535)):
         assert cv2.imwrite(str(tmp_path / f'{number}.png'), np.full((4, 6), most, np.uint16))
     for bits, expected in ((16, [15, 0, 255]), (12, [255, 2, 255])):
         source = open_input(tmp_path, sample_bits=bits)
         assert [int(image[0, 0, 0]) for image in source.images()] == expected
+        # Of each number of bits it is told once that one is as dark as if there were less.
+        assert f'nearly black if {bits} of them' in caplog.records[-1].getMessage()
+    assert len(caplog.records) == 2
+    encodings._warn_of_darkness.cache_clear()
+    in_8_bits(np.full((4, 6), 1024, np.uint16), '', 12)
+    assert len(caplog.records) == 2

@@ -77,7 +77,7 @@ def test_another_size_resets() -> None:
     ('box', 'said'),
     [
         (Box(80, 0, 5, 5), ['outside of the image of 80 x 60']),
-        (Box(0, 0, 321, 10), ['at most 4 times', 'got x 0, y 0, 321 x 10']),
+        (Box(-99, 0, 321, 10), ['at most 4 times', 'got x -99, y 0, 321 x 10']),
     ],
 )
 def test_a_box_that_makes_no_sense_is_ignored(box: Box, said: list[str]) -> None:

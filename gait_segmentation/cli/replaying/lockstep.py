@@ -113,6 +113,8 @@ def results_of(
         answered_by = None
         if frame.image is None:
             warn(f'frame {frame.number} cannot be read: {frame.problem}')
+        elif frame.stamp_ns <= 0:
+            warn(f'frame {frame.number} cannot be used: its stamp is {frame.stamp_ns} ns')
         elif (order := stamps.take(frame.stamp_ns)) is Order.STALE:
             warn(f'frame {frame.number} is dropped: its stamp is not later than the one before')
             continue

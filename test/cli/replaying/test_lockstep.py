@@ -75,10 +75,14 @@ def numbers(answers: Iterable[Replayed]) -> tuple[list[int], list[int]]:
 
 
 def test_frames_that_cannot_be_read_or_used_are_answered_in_their_place() -> None:
-    frames = [each.frame for each in READ[:6]]
+    frames = [each.frame for each in READ[:7]]
     frames[2] = replace(frames[2], image=None, problem='torn')
-    answers = list(run(frames, LaggedPipeline(refused=[0, 4])))
-    assert numbers(answers) == ([0, 1, 2, 3, 4, 5], [1, 3, 5])
+    frames[5] = replace(frames[5], stamp_ns=-(10**18))
+    said: list[str] = []
+    answers = list(run(frames, LaggedPipeline(refused=[0, 4]), warn=said.append))
+    assert numbers(answers) == ([0, 1, 2, 3, 4, 5, 6], [1, 3, 6])
+    # Nor does one before 1970 reset anything.
+    assert said[-1] == f'frame 5 cannot be used: its stamp is {-(10**18)} ns'
     assert answers[2].result.people[0].segmentation.reason == 'torn'
     # Nobody is seen at the size at which others are.
     assert answers[4].result.people[0].track.likelihood.shape == (4, 3)
@@ -102,7 +106,7 @@ def test_where_time_jumps_back_it_begins_anew_or_drops_frames(
     warnings: list[str] = []
     pipeline: Any = LaggedPipeline()
     monkeypatch.setattr(pipeline, 'initialize', started.append)
-    box = Box(1, 1, 3, 4)
+    box = Box(1, 0, 3, 8)
     answers = run([READ[k].frame for k in order], pipeline, warn=warnings.append, box=box)
     assert numbers(answers) == (answered, answered)
     assert len(warnings) == len(order) - len(answered) + starts - 1
