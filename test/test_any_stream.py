@@ -14,19 +14,19 @@ import numpy as np
 import pytest
 
 from benchmarks.synthetic import SyntheticFrame
+from gait_segmentation.cli.settings import read_parameter_file
+from gait_segmentation.cli.tool import preset_file
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
 from gait_segmentation.results import Feedback
-from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
-from gait_segmentation.tracking import PeopleTracker, TrackingConfig
+from gait_segmentation.segmentation import PeopleSegmenter
+from gait_segmentation.tracking import PeopleTracker
 from test.state import differences, remembered
 from test.walkers import box_of, clip, couple, overlap, small_bank
 
-PAPER = PipelineConfig(
-    TrackingConfig(method='adaptive_mean_shift'), segmentation=SegmentationConfig(prior='paper')
-)
+PAPER = read_parameter_file(preset_file('paper')).config
 CONFIGS = {
     'default': PipelineConfig(),
     'late': PipelineConfig(matching=MatchingConfig(lag=3)),
