@@ -6,9 +6,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import onnx
+import pytest
 from onnx import TensorProto, helper, numpy_helper
+
+needs_opencv_5 = pytest.mark.skipif(
+    int(cv2.__version__.split('.')[0]) < 5, reason='needs OpenCV 5: it tells what a network takes'
+)
 
 
 def save(path: Path, shape, nodes, outputs: dict, **constants) -> Path:

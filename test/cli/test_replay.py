@@ -20,7 +20,7 @@ from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from test.cli.conftest import BROKEN, FRAMES
 from test.inputs.bags import stamp
-from test.networks import red_network
+from test.networks import needs_opencv_5, red_network
 from test.walkers import clip, small_bank
 
 ROOT = Path(__file__).parents[2]
@@ -45,7 +45,7 @@ def masks_of_pipeline(heat_maps: dict[int, np.ndarray]) -> list[np.ndarray]:
     return found
 
 
-@pytest.mark.parametrize('maps', ['none', 'folder', 'network'])
+@pytest.mark.parametrize('maps', ['none', 'folder', pytest.param('network', marks=needs_opencv_5)])
 def test_every_frame_has_the_pipelines_results(
     maps: str, given: list[str], tmp_path: Path, monkeypatch, capsys
 ) -> None:

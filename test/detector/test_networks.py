@@ -7,7 +7,9 @@ from gait_segmentation.detector.networks import open_networks
 from gait_segmentation.detector.person_detector import default_detector
 from gait_segmentation.errors import DetectorError
 from gait_segmentation.geometry import Box
-from test.networks import box_network, red_network, save
+from test.networks import box_network, needs_opencv_5, red_network, save
+
+pytestmark = needs_opencv_5
 
 IMAGE = np.zeros((128, 128, 3), np.uint8)
 BOX = Box(20, 10, 32, 96)
