@@ -46,9 +46,7 @@ MODEL = BankSpec(azimuths=16, phases=6, builds=','.join(FIGURES), levels=256)
 """The bank whose silhouettes the shipped vocabulary is learnt from."""
 
 _POINTS_A_WORD = 10
-_ORIENTATION_SCALE = 0.35
-"""How much the orientation counts against the position."""
-
+_ORIENTATION_SCALE = 0.35  # how much the orientation counts against the position
 _FILL, _ASPECT = 0.9, 2 / 3
 """Share of the frame's height that the body takes, and the frame's width over its height."""
 
@@ -94,14 +92,7 @@ def bank_silhouettes(bank: TemplateBank) -> Iterator[Silhouette]:
 
 
 def mask_silhouettes(masks: Sequence[NDArray[np.uint8]]) -> list[Silhouette]:
-    """
-    Return masks of people with the bodies in them, all of one height.
-
-    The body's axis is the median column of its pixels, top and bottom are the outermost rows.
-    Who is less than 16 pixels tall is left out.
-
-    :param masks: (h, w) uint8 0/255 each, none of them empty.
-    """
+    """Bring masks to one height, with the bodies in them; who is very small is left out."""
     found, tallest = [], 0
     for mask in masks:
         left, top, width, height = cv2.boundingRect(mask)
@@ -127,11 +118,7 @@ def mask_silhouettes(masks: Sequence[NDArray[np.uint8]]) -> list[Silhouette]:
 def outline_features(
     silhouettes: Iterable[Silhouette], spec: VocabularySpec
 ) -> tuple[NDArray[np.float32], int]:
-    """
-    Return z of all outline points of silhouettes.
-
-    :returns: (n, 4) float32, and the number of silhouettes.
-    """
+    """Return z of all outline points, (n, 4) float32, and the number of silhouettes."""
     # A mixture of one word, only for its frame.
     frame = Vocabulary(
         np.ones(1), np.zeros((1, 4)), np.eye(4)[None], _ORIENTATION_SCALE, _FILL, _ASPECT
@@ -154,14 +141,7 @@ def outline_features(
 def learn_vocabulary(
     silhouettes: Iterable[Silhouette], spec: VocabularySpec | None = None, source: str = ''
 ) -> Vocabulary:
-    """
-    Learn a vocabulary; the same silhouettes and specification give the same words.
-
-    :param silhouettes: at least some hundred of varied people, views and phases.
-    :param spec: how; the defaults if None.
-    :param source: in words where the silhouettes are from, kept as provenance.
-    :returns: the words from the head down.
-    """
+    """Learn words from the head down; the same silhouettes and specification give the same."""
     clusters, mixture = _estimators()
     spec = spec or VocabularySpec()
     features, count = outline_features(silhouettes, spec)
@@ -257,14 +237,7 @@ def write_vocabulary(vocabulary: Vocabulary, path: str | os.PathLike[str]) -> No
 def draw_vocabulary(
     vocabulary: Vocabulary, silhouettes: Sequence[Silhouette]
 ) -> NDArray[np.uint8]:
-    """
-    Draw the words beside silhouettes whose outline points have the colours of their words.
-
-    A word is the ellipse of two standard deviations of its position, with a line along its mean
-    outline (across the gradient).
-
-    :returns: (rows, columns, 3) uint8 BGR.
-    """
+    """Draw the words (two standard deviations, a line along the outline) beside silhouettes."""
     colours = word_colours(vocabulary.words)
     panels = [_words(vocabulary, colours)]
     panels += [_outline(vocabulary, silhouette, colours) for silhouette in silhouettes]

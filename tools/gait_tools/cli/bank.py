@@ -58,7 +58,6 @@ examples:
 
 _MARGIN = 96  # columns left of the templates for the labels
 _HEADER = 16  # rows above them
-
 _DRAWN = ('builds', 'azimuths', 'elevation')
 """What of a :class:`BankSpec` does not matter to silhouettes that are given."""
 
@@ -266,12 +265,7 @@ def _run(options: argparse.Namespace) -> None:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """
-    Run the command.
-
-    :param argv: arguments without the program's name; those of the process if None.
-    :returns: 0, 2 after an error, 130 if interrupted.
-    """
+    """Run the command and return its exit code."""
     return run_tool('gait_bank', lambda: _run(parser().parse_args(argv)))
 
 

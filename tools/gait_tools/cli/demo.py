@@ -74,12 +74,8 @@ examples
   gait_demo --clip walk.mp4 --box 400 120 80 260 --start 15 --out out/walk
 """
 
-CLIP_START = 70
-"""A frame in which the woman is in full view."""
-
-CLIP_BOX = Box(1260, 519, 133, 414)
-"""Her box in that frame, in pixels of the clip."""
-
+CLIP_START = 70  # a frame in which the woman is in full view
+CLIP_BOX = Box(1260, 519, 133, 414)  # her box in that frame, in pixels of the clip
 _REQUIREMENT = 'sports2d==0.8.34'
 _MEMBER = 'Sports2D/Demo/demo.mp4'
 _SHA256 = 'd9a66417185647b112304b57093f0c180f37a768e6a14daca75ca541f3b78039'
@@ -97,9 +93,7 @@ _SHOWN = {
 }
 """What is said of what was written."""
 
-_ANIMATED = 560
-"""Width of the animation in pixels."""
-
+_ANIMATED = 560  # width of the animation in pixels
 _PARTIAL = {'masks.partial', 'overlay.partial.mp4'}
 
 
@@ -193,12 +187,7 @@ def _demonstrate(options: argparse.Namespace) -> None:
 
 
 def demo_clip() -> Path:
-    """
-    Return the clip, fetched from the package index if it is not in the user's cache.
-
-    It is part of the package Sports2D (David Pagnon, BSD-3-Clause): a woman who walks past a
-    standing camera.
-    """
+    """Return the clip of Sports2D (BSD-3-Clause), fetched if the cache has none."""
     folder = os.environ.get('XDG_CACHE_HOME') or os.path.expanduser('~/.cache')
     if not os.path.isabs(folder):
         raise SequenceError(f'the clip cannot be kept in {folder}: set HOME or XDG_CACHE_HOME')
@@ -237,13 +226,7 @@ def lost_frames(lost: int, recording: Recording) -> str:
 
 
 def write_pictures(out: Path, recording: Recording, film: ImageSource, fps: float) -> int:
-    """
-    Write masks, overlay, animation and contact sheet of the frames that were answered.
-
-    The images are read again, in their order: all at once would take much memory.
-
-    :returns: how many frames have a silhouette.
-    """
+    """Write all pictures of the frames answered; return how many have a silhouette."""
     answered = recording.answered()
     seen: dict[int, list[int]] = {}
     for number in answered:

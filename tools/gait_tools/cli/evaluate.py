@@ -32,9 +32,7 @@ from gait_tools.evaluation.session import Session, load_sequences
 from gait_tools.outputs import check_file, is_own_picture, keep_others, make_folder, with_part
 
 _OUTPUT = Path('-')
-_SCORES = re.compile(rb'\{\s*"sequences": \{')
-"""Beginning of a file of scores."""
-
+_SCORES = re.compile(rb'\{\s*"sequences": \{')  # beginning of a file of scores
 DESCRIPTION = """\
 Run the pipeline over sequences with ground truth and score the masks and tracks.
 

@@ -49,11 +49,7 @@ _SHOWN = 6
 
 
 def add_parser(commands: Any) -> argparse.ArgumentParser:
-    """
-    Add the subcommand ``vocabulary``.
-
-    :param commands: what ``argparse.ArgumentParser.add_subparsers`` returned.
-    """
+    """Add the subcommand ``vocabulary``."""
     made: argparse.ArgumentParser = commands.add_parser(
         'vocabulary',
         help="learn the words of the paper's shape prior",
@@ -71,11 +67,7 @@ def add_parser(commands: Any) -> argparse.ArgumentParser:
 
 
 def run(options: argparse.Namespace) -> None:
-    """
-    Learn and write a vocabulary.
-
-    :param options: what the parser of :func:`add_parser` read.
-    """
+    """Learn and write a vocabulary."""
     spec = VocabularySpec(**spec_of(options, VocabularySpec))
     output = Path(options.output)
     picture = Path(options.picture) if options.picture is not None else None

@@ -136,19 +136,10 @@ class ProcessGroup(contextlib.AbstractContextManager['ProcessGroup']):
 
 
 class Listener:
-    """
-    Hears what the nodes publish, and their diagnostics, in a thread of its own.
-
-    ``arrived_s`` has the times at which frames were first answered by their stamps in ns,
-    ``status`` what the nodes last said of themselves, by name.  Both are guarded by ``lock``.
-    """
+    """Hears the nodes in a thread; ``lock`` guards ``arrived_s`` (by stamp) and ``status``."""
 
     def __init__(self, topics: Mapping[str, Any]) -> None:
-        """
-        Begin to listen; rclpy must be initialised.
-
-        :param topics: types of messages with headers, by the names of their topics.
-        """
+        """Begin to listen to topics of messages with headers; rclpy must be initialised."""
         self.lock = threading.Lock()
         self.arrived_s: dict[int, float] = {}
         self.status: dict[str, dict[str, str]] = {}

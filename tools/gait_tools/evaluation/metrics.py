@@ -28,37 +28,22 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window
 from gait_segmentation.people import MOST_PEOPLE
 
-PERSON = 255
-"""Value of the person in a mask."""
-
+PERSON = 255  # value of the person in a mask
 AMBIGUOUS = 170
 """Value this package writes for ambiguous pixels of a mask; it reads every other value so."""
 
-UNCLEAR = 255
-"""Value this package writes for ambiguous pixels of labels."""
-
-LOST_IOU = 0.2
-"""A frame whose box overlaps the true one less than this is lost."""
-
-WINDOW = 1.5
-"""Size of the evaluation window over that of the true box."""
-
-WINDOW_ASPECT = 0.6
-"""Least width of the evaluation window over the height of the true box."""
-
+UNCLEAR = 255  # value this package writes for ambiguous pixels of labels
+LOST_IOU = 0.2  # a frame whose box overlaps the true one less than this is lost
+WINDOW = 1.5  # size of the evaluation window over that of the true box
+WINDOW_ASPECT = 0.6  # least width of the evaluation window over the height of the true box
 BOUNDARY_TOLERANCE = 0.008
 """Distance at which boundaries still match, as a share of the image's diagonal (DAVIS)."""
 
-RIM_PX = 4
-"""Width of the ambiguous rim about a person that belongs to the person's box."""
+RIM_PX = 4  # width of the ambiguous rim about a person that belongs to the person's box
 
 
 class BoxScore(NamedTuple):
-    """
-    How a box lies on the true one; both are NaN if the truth shows nobody.
-
-    ``iou`` is in 0..1, 0 without a box, ``centre_error`` in heights of the true box, NaN without.
-    """
+    """IoU with the true box, and distance of the centres in its heights; NaN where undefined."""
 
     iou: float
     centre_error: float
@@ -66,14 +51,7 @@ class BoxScore(NamedTuple):
 
 @dataclass(frozen=True)
 class FrameScore:
-    """
-    Scores of one frame.
-
-    ``j`` and ``f`` in 0..1, the error rates in percent of the pixels in the window and in the
-    image.  ``visible`` is the box about what is seen of the person, ``tracked`` that of the whole
-    body, which the matcher starts from, ``placed`` the same where the path has it, and ``matched``
-    the refined one.
-    """
+    """Scores in 0..1, errors in percent, and boxes: seen, whole body, refined, on the path."""
 
     j: float
     f: float
@@ -111,12 +89,7 @@ def true_box(truth: NDArray[np.uint8]) -> Box | None:
 
 
 def start_box(truth: NDArray[np.uint8]) -> Box | None:
-    """
-    Return the box a user would draw: tight about the person with its ambiguous rim.
-
-    The rim is the pixels that are not background at most :data:`RIM_PX` from the person;
-    other ambiguous parts of the image (a second person, a bag on the floor) do not count.
-    """
+    """Return the box a user would draw: tight about the person with the ambiguous rim."""
     person = (truth == PERSON).astype(np.uint8)
     near = cv2.dilate(person, np.ones((2 * RIM_PX + 1, 2 * RIM_PX + 1), np.uint8))
     return Box.around((near > 0) & (truth != 0))
@@ -171,14 +144,7 @@ def error_percent(mask: NDArray[np.uint8], truth: NDArray[np.uint8]) -> float:
 def boundary_f(
     mask: NDArray[np.uint8], truth: NDArray[np.uint8], tolerance: int | None = None
 ) -> float:
-    """
-    Return the boundary measure F of DAVIS (Perazzi et al., CVPR 2016) on the whole image.
-
-    A boundary pixel matches if the other boundary comes within ``tolerance`` pixels; F is the
-    harmonic mean of the shares that match.  Ambiguous pixels are set to background in both.
-
-    :param tolerance: pixels; 0.8 % of the image's diagonal, rounded up, if None.
-    """
+    """Return the boundary measure F of DAVIS (Perazzi et al., CVPR 2016) on the whole image."""
     if tolerance is None:
         tolerance = math.ceil(BOUNDARY_TOLERANCE * math.hypot(*truth.shape))
     ambiguous = (truth != PERSON) & (truth != 0)
@@ -223,16 +189,7 @@ def score_frame(
     matched: Box | None = None,
     placed: Box | None = None,
 ) -> FrameScore:
-    """
-    Score one frame.
-
-    :param mask: (H, W) uint8, person where it is not 0.
-    :param box: the box about what is seen, in pixels of the mask, None if nobody is tracked.
-    :param truth: of the shape of the mask.
-    :param body: the box of the whole body likewise; what is outside of the image does not count.
-    :param matched: the refined box, in the image.
-    :param placed: the tracked box as the path moves and scales it.
-    """
+    """Score a mask, the visible box, that of the whole body, the refined and the placed one."""
     window = evaluation_window(truth)
     expected = true_box(truth)
     return FrameScore(

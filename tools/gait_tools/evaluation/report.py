@@ -35,9 +35,7 @@ FOUND, TRUE = track_colour(1), (255, 90, 255)
 
 STAGES = ('tracking', 'matching', 'segmentation', 'total')
 
-COLLAPSED = 0.5
-"""J below which a mask is no longer the person's."""
-
+COLLAPSED = 0.5  # J below which a mask is no longer the person's
 _AVERAGED = ('J', 'F', 'collapsed', 'error_rate', 'error_rate_image', 'box_iou', 'fps')
 
 _TRACKING_SUMMED = (
@@ -63,11 +61,7 @@ class Summary:
     seconds: list[float] = field(default_factory=list)
 
     def add(self, outcome: Outcome, labels: NDArray[np.uint8] | None) -> None:
-        """
-        Take in one frame.
-
-        :param labels: who is where, None without truth.
-        """
+        """Take in one frame."""
         if labels is not None:
             self.tracking.add(outcome.number, labels, outcome.people)
         if outcome.score is not None:
@@ -77,12 +71,7 @@ class Summary:
         self.seconds.append(outcome.seconds)
 
     def numbers(self) -> dict[str, Any]:
-        """
-        Return the scores of the sequence.
-
-        ``frames`` counts the scored ones; ``ms_per_frame`` are medians, ``fps`` is frames over
-        the whole time in the pipeline, the start included.
-        """
+        """Return the scores; ``ms_per_frame`` are medians, ``fps`` counts the start, too."""
         total = sum(self.seconds)
         return {
             'frames': len(self.scores),
@@ -225,11 +214,7 @@ def tracking_table(report: Mapping[str, Any]) -> str:
 
 
 def place_table(report: Mapping[str, Any], sequences: Iterable[Sequence]) -> str:
-    """
-    Return means over places by what sequences are of, empty if none says ``place``.
-
-    :param sequences: those of the report; ``sequence.yaml`` says ``kind``, ``camera``, ``place``.
-    """
+    """Return means over places by what ``sequence.yaml`` says; empty if none says ``place``."""
     groups: dict[str, dict[str, list[dict[str, Any]]]] = {}
     for each in sequences:
         kind, camera = (str(each.about.get(key, '?')) for key in ('kind', 'camera'))
@@ -277,18 +262,10 @@ def write_figure(path: Path, figure: Figure) -> None:
 
 
 class SequenceOutput:
-    """
-    Writes what was found in a sequence: ``masks/NNNN.png`` and ``contact_sheet.png``.
-
-    The sheet shows 28 frames spread evenly, or all if there are fewer.
-    """
+    """Writes ``masks/NNNN.png`` and ``contact_sheet.png``, of 28 frames spread evenly."""
 
     def __init__(self, folder: Path, sequence: Sequence) -> None:
-        """
-        Begin.
-
-        :param folder: where to write, made if it is missing.
-        """
+        """Begin to write to a folder, which is made if it is missing."""
         self._folder, self._sequence = folder, sequence
         self.shown = spread(sequence.numbers)
         self._tiles: list[Image] = []

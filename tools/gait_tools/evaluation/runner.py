@@ -53,18 +53,7 @@ def run(
     likelihood: Callable[[int], NDArray[np.uint8]] | None = None,
     heat_map: Callable[[int], HeatMap | None] | None = None,
 ) -> Iterator[Outcome]:
-    """
-    Give frames of a sequence to a pipeline and score what comes back, frame by frame.
-
-    With a lag outcomes come later than their frames, but in order.  A frame without a result
-    counts as an empty mask and no box.
-
-    :param numbers: the frames, ascending.
-    :param starts: frame number -> boxes of people who are to be tracked from there on.
-    :param clock: seconds, for the durations.
-    :param likelihood: makes the likelihood image to use in a frame in place of the tracker's.
-    :param heat_map: makes the heat map that comes with a frame, None where there is none.
-    """
+    """Score what a pipeline makes of frames and first boxes (by frame), in their order."""
     held: HeldFrames[tuple[int, tuple[int, ...], float]] = HeldFrames()
     for number in numbers:
         for start in starts.get(number, ()):

@@ -38,19 +38,13 @@ Item = TypeVar('Item')
 WARM_EVERY, WARM_FRAMES, WARM_LEAST = 10, 14, 5
 """Frames between warm starts, in what is scored of one, and that must follow for it to count."""
 
-MAP_SLOTS = 3
-"""Slots, at least, where nobody is given but heat maps show everybody at once."""
+MAP_SLOTS = 3  # slots, at least, where nobody is given but heat maps show everybody at once
 
 
 def load_sequences(
     folders: Iterable[Path], likelihood: str = '', heat_map: str = ''
 ) -> list[Sequence]:
-    """
-    Open sequences to be scored.
-
-    :param likelihood: folder of likelihood images that each must have, if it is not empty.
-    :param heat_map: the same of heat maps.
-    """
+    """Open sequences to be scored, with likelihood images and heat maps where these are named."""
     loaded: dict[str, Sequence] = {}
     for folder in folders:
         sequence = Sequence.load(folder)
@@ -76,11 +70,7 @@ def load_sequences(
 
 
 def map_j(sequence: Sequence, name: str) -> float | None:
-    """
-    Return J of the heat maps of a sequence alone, above one half; of frames without one it is 0.
-
-    :param name: as in :meth:`Sequence.heat_maps`; how late they come does not matter.
-    """
+    """Return J of the heat maps alone, above one half; of frames without one it is 0."""
     read, scores = sequence.heat_maps(name.partition(':')[0]), []
     for number in sequence.numbers:
         truth, heat = sequence.truth(number), read and read(number)
@@ -119,14 +109,7 @@ class Session:
     fixed: frozenset[str] = frozenset()
 
     def evaluate(self, config: Any, out: Path | None = None, name: str = '') -> dict[str, Any]:
-        """
-        Run a configuration over all sequences.
-
-        :param config: of the pipeline.
-        :param out: folder for masks and contact sheets, in a folder per sequence.
-        :param name: of the configuration, for the progress.
-        :returns: ``sequences`` (name -> numbers), ``mean``, and ``warm`` if asked for.
-        """
+        """Run a configuration over all: ``sequences``, ``mean``, and ``warm`` if asked for."""
         rows: dict[str, Any] = {}
         warm: dict[str, dict[str, float | None]] = {}
         for sequence in self.sequences:
@@ -171,11 +154,7 @@ class Session:
         out: Path | None = None,
         title: str = '',
     ) -> Summary:
-        """
-        Score a sequence started from boxes, and write its masks and contact sheet to a folder.
-
-        :param title: of the bar that shows how far it is; without it there is none.
-        """
+        """Score a sequence started from boxes; a title shows a bar, ``out`` gets pictures."""
         attendance, starts = sequence.attendance, {} if self.auto else starts
         slots = len(attendance.people) if sequence.label_files else 0
         if self.auto and self.heat_map:
@@ -193,11 +172,7 @@ class Session:
         return summary
 
     def _warm_starts(self, config: Any, sequence: Sequence) -> Iterator[list[float]]:
-        """
-        Give the true box at every tenth frame that shows a person; yield J from there on.
-
-        The pipeline has seen the frames before, and the box has the ambiguous rim.
-        """
+        """Give the true box at every tenth frame that shows a person; yield J from there on."""
         single, numbers = self._suited(config, 1, auto=False), sequence.numbers
         places = range(0, len(numbers) - WARM_LEAST, WARM_EVERY)
         for place in _shown(places, f'{sequence.name} warm', len(places)):

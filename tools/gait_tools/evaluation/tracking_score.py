@@ -47,18 +47,10 @@ if TYPE_CHECKING:
     # Which takes long to load.
     from gait_segmentation.pipeline import PersonResult
 
-SAME_IOU = 0.5
-"""Two boxes that overlap at least this much are of the same person."""
-
-SEEN_SHARE = 0.25
-"""Share of somebody's greatest visible area nearby in time that counts as seen."""
-
-WHOLE_SHARE = 0.75
-"""Share of it that counts as wholly visible, if the box is clear of the border."""
-
-NEARBY_SECONDS = 1.0
-"""How far away in time the greatest visible area is looked for."""
-
+SAME_IOU = 0.5  # two boxes that overlap at least this much are of the same person
+SEEN_SHARE = 0.25  # share of somebody's greatest visible area nearby in time that counts as seen
+WHOLE_SHARE = 0.75  # share of it that counts as wholly visible, if the box is clear of the border
+NEARBY_SECONDS = 1.0  # how far away in time the greatest visible area is looked for
 MISSING = 'MOTA and IDF1 need the Python package motmetrics, which is not installed'
 
 MotFrame = tuple[Sequence[int], Sequence[int], NDArray[np.float64]]
@@ -77,21 +69,12 @@ class Sighting:
 
 
 class Attendance:
-    """
-    The people of a clip.
-
-    ``people`` are their labels, ascending; ``numbers`` the frames that have truth.
-    """
+    """The people of a clip: their labels, ascending, and the frames that have truth."""
 
     def __init__(
         self, frames: Iterable[tuple[int, NDArray[np.uint8]]], fps: float, size: tuple[int, int]
     ) -> None:
-        """
-        Go through the truth once.
-
-        :param frames: number and labels of the frames that have truth, ascending.
-        :param size: width and height of the frames.
-        """
+        """Go through the frames with truth once: number and labels, ascending."""
         self.fps = fps
         self.size = size
         self.numbers: list[int] = []
@@ -119,20 +102,11 @@ class Attendance:
         return {person: seen for person, seen in found.items() if seen is not None}
 
     def seen(self, person: int) -> list[int]:
-        """
-        Return the frames in which somebody is not all but hidden, ascending.
-
-        These show at least a quarter of the greatest area seen within a second.
-        """
+        """Return the frames in which somebody is not all but hidden, ascending."""
         return self._seen[person]
 
     def first_whole(self, person: int) -> int | None:
-        """
-        Return the first frame that shows all of a person, or, if none does, any of them.
-
-        That is one with at least three quarters of the greatest area seen within a second, and a
-        box that does not touch the border.
-        """
+        """Return the first frame that shows all of a person, or, if none does, any of them."""
         width, height = self.size
         seen = self._seen[person]
         for number in seen:
@@ -163,13 +137,7 @@ class Attendance:
 
 
 def first_frames(attendance: Attendance, starts: Mapping[int, Iterable[Box]]) -> dict[int, int]:
-    """
-    Return for each person the frame from which on it counts.
-
-    That is the frame of the box that starts the person, otherwise the first that shows all of it.
-
-    :param starts: frame number -> boxes that start tracks there.
-    """
+    """Return from which frame on people count: of their box, or the first whole one."""
     since: dict[int, int] = {}
     for number, boxes in sorted(starts.items()):
         for box in boxes:
@@ -185,12 +153,7 @@ def first_frames(attendance: Attendance, starts: Mapping[int, Iterable[Box]]) ->
 
 @dataclass
 class PersonScore:
-    """
-    What is known so far of a person who counts from frame ``since`` on.
-
-    ``held`` are the frames in which a track held the person, also before ``since``, and its id.
-    The other fields have an entry for every frame that counts, or sums over these frames.
-    """
+    """What is known of who counts from ``since`` on; ``held``: frames and ids, of before, too."""
 
     since: int
     j: list[float] = field(default_factory=list)
@@ -230,11 +193,7 @@ class TrackingScore:
     """Takes in what was found frame by frame and says how well people were followed."""
 
     def __init__(self, attendance: Attendance, since: Mapping[int, int]) -> None:
-        """
-        Begin.
-
-        :param since: person -> the first frame that counts, see :func:`first_frames`.
-        """
+        """Begin with the first frame that counts of each person, see :func:`first_frames`."""
         self._attendance = attendance
         self._people = {person: PersonScore(number) for person, number in since.items()}
         self._seen = {person: set(attendance.seen(person)) for person in self._people}
@@ -245,12 +204,7 @@ class TrackingScore:
         self._mot: list[MotFrame] = []
 
     def add(self, number: int, labels: NDArray[np.uint8], found: Sequence[PersonResult]) -> None:
-        """
-        Take in a frame that has truth.
-
-        :param labels: (H, W) uint8, 0 nobody, 1 to 16 people, above ambiguous.
-        :param found: who was found; all have a box.
-        """
+        """Take in the labels of a frame, and who was found; all have a box."""
         sightings = self._attendance.sightings(number)
         by_id = {each.track.track_id: each for each in found}
         boxes = {i: each.track.box for i, each in by_id.items() if each.track.box is not None}
@@ -338,11 +292,7 @@ class TrackingScore:
 
 
 def mot_scores(frames: Sequence[MotFrame]) -> dict[str, float | None]:
-    """
-    Return ``mota`` (Bernardin and Stiefelhagen 2008) and ``idf1`` (Ristani et al. 2016).
-
-    :returns: None for what is undefined because nobody is there; empty without motmetrics.
-    """
+    """Return ``mota`` (Bernardin and Stiefelhagen 2008) and ``idf1`` (Ristani et al. 2016)."""
     try:
         import motmetrics
     except ImportError:

@@ -20,9 +20,7 @@ from gait_segmentation.people import MOST_PEOPLE
 from gait_tools.evaluation.report import write_image
 from gait_tools.evaluation.sequence import Sequence
 
-MAPS_FOLDER = 'map'
-"""Folder of heat maps beside the frames."""
-
+MAPS_FOLDER = 'map'  # folder of heat maps beside the frames
 SOFT, BLOCK, INVERTED = 4.0, 8, 0.1
 """Blur of the heat maps and side of their blocks, pixels; share of blocks that are inverted."""
 
@@ -115,13 +113,7 @@ def _heat(labels: Image, number: int) -> Image:
 
 
 def write_variant(sequence: Sequence, kind: str, folder: Path, maps: str = '') -> str:
-    """
-    Write a harder sequence, with the truth of the one it is made of.
-
-    :param kind: one of :data:`KINDS`.
-    :param maps: folder of heat maps beside the frames of the sequence; made of its truth without.
-    :returns: which heat maps it has, as ``gait_evaluate --heat-map`` says it; empty if none.
-    """
+    """Write a harder sequence; return its maps as ``--heat-map`` says it, empty if none."""
     folder.mkdir(parents=True)
     for each in sequence.folder.iterdir():
         if each.name in ('masks', 'labels', 'sequence.yaml') or (

@@ -23,11 +23,8 @@ from gait_segmentation.segmentation.segmenter import paper_parameters, window_ab
 from gait_tools.figures.walk import Shot
 from gait_tools.vocabulary_training import word_colours
 
-WORDS = 4
-"""Words whose distance transforms are shown."""
-
-DISTANCES = 'viridis_r'
-"""Colours of distances: bright is near."""
+WORDS = 4  # words whose distance transforms are shown
+DISTANCES = 'viridis_r'  # colours of distances: bright is near
 
 
 @dataclass(frozen=True)
@@ -52,13 +49,7 @@ class PriorSteps:
 
 
 def steps_of(shot: Shot, config: SegmentationConfig, vocabulary: Vocabulary) -> PriorSteps | None:
-    """
-    Work out the prior of a frame, also if the segmenter uses another one.
-
-    :param shot: a frame with a match.
-    :param config: whose ``paper_...`` parameters are used.
-    :returns: the steps, None if the template has no outline.
-    """
+    """Work out the prior of a matched frame; None if the template has no outline."""
     match, source = shot.match, shot.given.image
     assert match.body is not None
     shape = match.shape_prior.shape
@@ -91,12 +82,7 @@ def steps_of(shot: Shot, config: SegmentationConfig, vocabulary: Vocabulary) -> 
 
 
 def draw_prior(steps: PriorSteps, number: int, config: SegmentationConfig) -> Figure:
-    """
-    Draw how the prior is made of a template's outline and the image.
-
-    :param number: of the frame.
-    :param config: as of :func:`steps_of`.
-    """
+    """Draw how the prior is made of a template's outline and the image."""
     terms, points, height = steps.terms, steps.terms.points, steps.body.height
     words = len(steps.by_word)
     colours = word_colours(words)[:, ::-1] / 255

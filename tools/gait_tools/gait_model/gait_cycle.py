@@ -23,23 +23,13 @@ SHORTEST_STEP, LONGEST_STEP = 5, 60  # frames
 
 @dataclass(frozen=True)
 class Cycle:
-    """
-    The rhythm of a sequence of silhouettes.
-
-    :param step: frames from one heel contact to the next of the other leg; a stride is two.
-    :param contacts: frames of the heel contacts, fractional and ascending.
-    """
+    """Frames from one heel contact to the next (half a stride), and all contacts, ascending."""
 
     step: float
     contacts: NDArray[np.float64]
 
     def phase(self, frame: NDArray[np.float64], first: float = 0.0) -> NDArray[np.float64]:
-        """
-        Return the phase of frames in strides, growing over the sequence.
-
-        :param frame: frames, fractional ones too.
-        :param first: phase of the first contact, 0 or 0.5.
-        """
+        """Return the growing phase of frames in strides, that of the first contact being given."""
         steps = np.arange(len(self.contacts), dtype=np.float64)
         inside = np.interp(frame, self.contacts, steps)
         before = np.minimum(frame - self.contacts[0], 0.0) / self.step
@@ -57,15 +47,7 @@ def smooth(values: NDArray[np.float64], window: float) -> NDArray[np.float64]:
 
 
 def autocorrelation(registered: NDArray[np.uint8], longest: int) -> NDArray[np.float64]:
-    """
-    Return the normalised autocorrelation of a registered sequence.
-
-    The mean silhouette is taken off first, or the trunk would hide the rhythm of the legs.
-
-    :param registered: (N, rows, columns) uint8.
-    :param longest: largest lag.
-    :returns: (longest + 1,) float64, 1 at lag 0.
-    """
+    """Return the normalised autocorrelation of registered silhouettes at lags from 0 on."""
     flat = registered.reshape(len(registered), -1).astype(np.float64)
     flat = flat - flat.mean(axis=0)
     product = flat @ flat.T
@@ -88,14 +70,7 @@ def _vertex(values: NDArray[np.float64], at: int) -> float:
 
 
 def find_step(registered: NDArray[np.uint8], profile: bool = True) -> float:
-    """
-    Find the period of the steps.
-
-    :param registered: (N, rows, columns) uint8.
-    :param profile: whether the walker is seen from the side, so that the two halves of a stride
-        look alike; else the silhouettes repeat only after a whole stride.
-    :returns: frames a step; a stride is two steps.
-    """
+    """Return the frames a step; in profile both halves of a stride look alike."""
     longest = min(2 * LONGEST_STEP, len(registered) - 4)
     if longest < 2 * SHORTEST_STEP:
         raise BankError(
@@ -126,12 +101,7 @@ def find_step(registered: NDArray[np.uint8], profile: bool = True) -> float:
 
 
 def step_width(registered: NDArray[np.uint8]) -> NDArray[np.float64]:
-    """
-    Return how wide the legs are apart in every frame, in columns.
-
-    It is the spread (root mean square over the columns) of the lowest fifth of the body, which
-    has no jumps where an extreme pixel comes and goes.
-    """
+    """Return how wide the legs are apart: the spread of the lowest fifth, in columns."""
     rows = np.flatnonzero(registered.any(axis=(0, 2)))
     lowest = rows[-1] + 1 - max((rows[-1] + 1 - rows[0]) // 5, 1)
     mass = registered[:, lowest : rows[-1] + 1].sum(axis=1, dtype=np.float64)
@@ -143,12 +113,7 @@ def step_width(registered: NDArray[np.uint8]) -> NDArray[np.float64]:
 
 
 def find_contacts(registered: NDArray[np.uint8], step: float) -> Cycle:
-    """
-    Find the heel contacts: where the legs are farthest apart.
-
-    :param registered: (N, rows, columns) uint8.
-    :param step: frames a step.
-    """
+    """Find the heel contacts: where the legs are farthest apart."""
     width = smooth(step_width(registered), step / 8)
     frames = np.arange(len(width))
     wave = np.sum((width - width.mean()) * np.exp(-2j * np.pi * frames / step))
@@ -179,15 +144,7 @@ def _moment(registered: NDArray[np.float64], frame: float) -> NDArray[np.float64
 def cycle_templates(
     registered: NDArray[np.uint8], cycle: Cycle, phases: int, first: float = 0.0
 ) -> NDArray[np.uint8]:
-    """
-    Resample a sequence to the phases of one stride; several strides are averaged.
-
-    :param registered: (N, rows, columns) uint8.
-    :param cycle: its rhythm.
-    :param phases: number of phases.
-    :param first: phase of the first heel contact.
-    :returns: (phases, rows, columns) uint8, soft where strides differ.
-    """
+    """Resample a sequence to the phases of one stride; several strides are averaged."""
     frames = np.arange(len(registered), dtype=np.float64)
     phase = cycle.phase(frames, first)
     values = registered.astype(np.float64)

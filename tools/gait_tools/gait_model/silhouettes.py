@@ -36,16 +36,7 @@ _PROFILE = 0.3  # sine of the largest angle between a profile view and the exact
 
 
 def read_silhouettes(folder: str | os.PathLike[str]) -> NDArray[np.uint8]:
-    """
-    Read the silhouettes of a walk, in the order of the numbers in their names.
-
-    Images before the walker comes and after they are gone may be empty.  Silhouettes that fill
-    images of many sizes from top to bottom were cut out by their boxes: they are laid on one
-    ground, each by its median column.
-
-    :param folder: folder of images; grey values of 128 and more are the person.
-    :returns: (N, height, width) uint8 0/255.
-    """
+    """Read a walk, (N, height, width) uint8 0/255; cut out ones are laid on one ground."""
     images = read_masks(folder)
     paths = [path for path, _ in images]
     listed = images_in(Path(folder))
@@ -65,12 +56,7 @@ def read_silhouettes(folder: str | os.PathLike[str]) -> NDArray[np.uint8]:
 
 
 def read_masks(folder: str | os.PathLike[str]) -> list[tuple[Path, NDArray[np.uint8]]]:
-    """
-    Read the silhouettes of a folder, of any sizes; images without one are left out.
-
-    :param folder: folder of images; grey values of 128 and more are the person.
-    :returns: the file and the mask, (height, width) uint8 0/255, of each; none is empty.
-    """
+    """Read files and masks, uint8 0/255, of any sizes; images without a person are left out."""
     folder = Path(folder)
     if not folder.is_dir():
         raise BankError(f'{folder} is not a folder of silhouettes')
@@ -116,15 +102,7 @@ def _on_one_ground(masks: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
 def register_silhouettes(
     masks: NDArray[np.uint8], grid: tuple[int, int], fill: float, window: float = 15.0
 ) -> NDArray[np.uint8]:
-    """
-    Bring silhouettes to a template grid.
-
-    :param masks: (N, height, width) uint8, none of them empty.
-    :param grid: rows and columns of the grid.
-    :param fill: share of the rows the smoothed height takes.
-    :param window: frames over which top, bottom and median column are averaged.
-    :returns: (N, rows, columns) uint8, soft edge.
-    """
+    """Bring silhouettes to a grid, of which the height, smoothed over a window, fills a share."""
     tops, bottoms, medians = [], [], []
     for mask in masks:
         rows = np.flatnonzero(mask.any(axis=1))
@@ -145,19 +123,7 @@ def register_silhouettes(
 
 @dataclass(frozen=True)
 class SilhouetteSequence:
-    """
-    Consecutive silhouettes of one walker who keeps one direction.
-
-    Heel contacts are found by the width of the legs, which works from any direction but the
-    exact front and back.
-
-    :param masks: (N, height, width) uint8, 255 inside, none empty, at least one stride: see
-        :func:`read_silhouettes`.
-    :param azimuth: walking direction in radians, as in ``TemplateBank``.
-    :param name: the build's name in the bank.
-    :param first_contact: leg of the first heel contact, ``'right'`` or ``'left'``.  In profile
-        it cannot be seen; a wrong one shifts the phase by half a stride.
-    """
+    """Silhouettes of a walker who keeps one direction, and the leg of the first contact."""
 
     masks: NDArray[np.uint8]
     azimuth: float
@@ -178,17 +144,7 @@ def bank_from_silhouettes(
     average: bool = False,
     progress: Callable[[], None] | None = None,
 ) -> TemplateBank:
-    """
-    Make a bank with one sequence of templates for every sequence of silhouettes.
-
-    :param sequences: the silhouettes.
-    :param spec: grid, fill, phases and levels; its builds, azimuths and elevation do not matter.
-    :param mirror: add the mirror image of every sequence, which walks the other way with right
-        and left leg exchanged.
-    :param average: make one sequence of all that walk in the same direction, to whole degrees,
-        which is the mean of their templates, as in the standard gait model of the paper.
-    :param progress: called after each sequence.
-    """
+    """Make a bank of walks, mirrored ones besides, or averaged by their direction."""
     spec = BankSpec() if spec is None else spec
     if not sequences:
         raise BankError('at least one sequence of silhouettes is needed, got none')
