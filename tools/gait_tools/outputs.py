@@ -100,14 +100,9 @@ def write_picture(
         raise kind(
             f'{path} cannot be written: its name must end in .png or another format OpenCV writes'
         )
+    written = data.tobytes()
+    if written.startswith(b'\x89PNG'):
+        mark = struct.pack('>I', len(_MARK) - 4) + _MARK + struct.pack('>I', zlib.crc32(_MARK))
+        written = written[:_PNG_HEADER] + mark + written[_PNG_HEADER:]
     with writing(path, kind):
-        write_file(path, _marked(data.tobytes()))
-
-
-def _marked(data: bytes) -> bytes:
-    """Return a PNG that says where it is from, and another file as it is."""
-    if not data.startswith(b'\x89PNG'):
-        return data
-    text = _MARK[4:]
-    part = struct.pack('>I', len(text)) + _MARK + struct.pack('>I', zlib.crc32(_MARK))
-    return data[:_PNG_HEADER] + part + data[_PNG_HEADER:]
+        write_file(path, written)

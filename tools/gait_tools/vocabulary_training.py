@@ -27,12 +27,7 @@ from gait_segmentation.files.output_files import write_file
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
 from gait_segmentation.paper.prior import silhouette_edges, words_of
-from gait_segmentation.paper.vocabulary import (
-    FORMAT,
-    FORMAT_VERSION,
-    Vocabulary,
-    VocabularyError,
-)
+from gait_segmentation.paper.vocabulary import FORMAT, FORMAT_VERSION, Vocabulary, VocabularyError
 from gait_tools.gait_model import FIGURES, BankSpec
 
 _COVARIANCE_FLOOR = 1e-4

@@ -83,7 +83,7 @@ _PIP = [sys.executable, '-m', 'pip', 'download', '--no-deps', '--only-binary', '
 _PIP += ['--disable-pip-version-check', '--retries', '1', '--timeout', '20', _REQUIREMENT]
 
 _WRITTEN = {
-    *('masks', 'overlay.mp4', 'animation.webp', 'contact_sheet.png', 'report.json', 'logs'),
+    *('masks', 'overlay.mp4', 'animation.webp', 'contact_sheet.png', 'report.json', 'logs')
 }
 _SHOWN = {
     'contact_sheet.png': 'the person seen longest, with outline and phase',

@@ -29,13 +29,7 @@ from gait_tools.outputs import with_part
 
 NODES: dict[str, type[GaitNode]] = {
     node.name: node
-    for node in (
-        TrackerNode,
-        MatcherNode,
-        SegmenterNode,
-        LocalizerNode,
-        PipelineNode,
-    )
+    for node in (TrackerNode, MatcherNode, SegmenterNode, LocalizerNode, PipelineNode)
 }
 
 _WIDTH = 99

@@ -153,7 +153,8 @@ def boundary_f(
     n_found, n_true = _count(found), _count(true)
     if n_found == 0 or n_true == 0:
         return 1.0 if n_found == n_true else 0.0
-    disk = _disk(tolerance)
+    rows, columns = np.mgrid[-tolerance : tolerance + 1, -tolerance : tolerance + 1]
+    disk = (rows**2 + columns**2 <= tolerance**2).astype(np.uint8)
     precision = _count(found & cv2.dilate(true, disk)) / n_found
     recall = _count(true & cv2.dilate(found, disk)) / n_true
     total = precision + recall
@@ -165,11 +166,6 @@ def _boundary(inside: NDArray[np.bool_]) -> NDArray[np.uint8]:
     padded = np.pad(inside, ((0, 1), (0, 1)), mode='edge')
     east, south, diagonal = padded[:-1, 1:], padded[1:, :-1], padded[1:, 1:]
     return ((inside ^ east) | (inside ^ south) | (inside ^ diagonal)).astype(np.uint8)
-
-
-def _disk(radius: int) -> NDArray[np.uint8]:
-    rows, columns = np.mgrid[-radius : radius + 1, -radius : radius + 1]
-    return (rows**2 + columns**2 <= radius**2).astype(np.uint8)
 
 
 def score_box(box: Box | None, expected: Box | None) -> BoxScore:
@@ -190,17 +186,16 @@ def score_frame(
     placed: Box | None = None,
 ) -> FrameScore:
     """Score a mask, the visible box, that of the whole body, the refined and the placed one."""
-    window = evaluation_window(truth)
-    expected = true_box(truth)
+    window, expected, size = evaluation_window(truth), true_box(truth), truth.shape[1::-1]
     return FrameScore(
         j=jaccard(mask[window], truth[window]),
         f=boundary_f(mask, truth),
         error_rate=error_percent(mask[window], truth[window]),
         error_rate_image=error_percent(mask, truth),
         visible=score_box(box, expected),
-        tracked=score_box(body and body.clipped(truth.shape[1], truth.shape[0]), expected),
-        matched=score_box(matched and matched.clipped(truth.shape[1], truth.shape[0]), expected),
-        placed=score_box(placed and placed.clipped(truth.shape[1], truth.shape[0]), expected),
+        tracked=score_box(body and body.clipped(*size), expected),
+        matched=score_box(matched and matched.clipped(*size), expected),
+        placed=score_box(placed and placed.clipped(*size), expected),
     )
 
 

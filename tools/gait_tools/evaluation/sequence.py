@@ -23,11 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError
-from gait_segmentation.files.image_files import (
-    IMAGE_SUFFIXES,
-    read_heat_map,
-    read_image,
-)
+from gait_segmentation.files.image_files import IMAGE_SUFFIXES, read_heat_map, read_image
 from gait_segmentation.files.reading import read_yaml
 from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.heat_maps import HeatMap

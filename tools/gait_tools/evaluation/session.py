@@ -17,13 +17,7 @@ from tqdm import tqdm
 from gait_segmentation.config import replaced
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
-from gait_tools.evaluation.metrics import (
-    PERSON,
-    evaluation_window,
-    jaccard,
-    mean_known,
-    start_box,
-)
+from gait_tools.evaluation.metrics import PERSON, evaluation_window, jaccard, mean_known, start_box
 from gait_tools.evaluation.report import SequenceOutput, Summary, mean_of
 from gait_tools.evaluation.runner import Outcome, run
 from gait_tools.evaluation.sequence import Boxes, Sequence, read_mask

@@ -17,15 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gait_segmentation.errors import BankError
-from gait_tools.gait_model.skeleton import (
-    SEGMENTS,
-    SIDES,
-    WALKER,
-    Frame,
-    Points,
-    Skeleton,
-    walk,
-)
+from gait_tools.gait_model.skeleton import SEGMENTS, SIDES, WALKER, Frame, Points, Skeleton, walk
 
 PARTS = ('head', 'torso', 'skirt', 'rucksack', 'arms', 'hands', 'legs', 'feet')
 

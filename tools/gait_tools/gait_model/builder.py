@@ -39,10 +39,7 @@ class BankSpec(StageConfig):
         0.0, 'How far the camera looks down.', unit='rad', minimum=-1.0, maximum=1.0
     )
     levels: int = parameter(
-        8,
-        'Grey levels of a template; fewer make the matching cheaper.',
-        minimum=2,
-        maximum=256,
+        8, 'Grey levels of a template; fewer make the matching cheaper.', minimum=2, maximum=256
     )
     fill: float = parameter(0.9, 'Share of the rows the body takes.', minimum=0.5, maximum=1.0)
 

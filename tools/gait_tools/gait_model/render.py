@@ -162,10 +162,7 @@ def register(build: Build, view: View) -> BodyFrame:
     height = float(bottom.mean() - top.mean())
     step = height / _PROBE
     x0, y0 = float(left.min()), float(top.min())
-    shape = (
-        math.ceil((bottom.max() - y0) / step) + 1,
-        math.ceil((right.max() - x0) / step) + 1,
-    )
+    shape = (math.ceil((bottom.max() - y0) / step) + 1, math.ceil((right.max() - x0) / step) + 1)
     ones = [1] * len(body.pieces)
     medians = []
     for where, size in zip((centers - (x0, y0)) / step, axes / step, strict=True):

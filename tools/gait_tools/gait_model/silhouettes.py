@@ -24,12 +24,7 @@ from gait_segmentation.files.image_files import IMAGE_SUFFIXES, images_in, read_
 from gait_segmentation.gait_model.bank import TemplateBank, quantize
 from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
 from gait_tools.gait_model.builder import BankSpec
-from gait_tools.gait_model.gait_cycle import (
-    cycle_templates,
-    find_contacts,
-    find_step,
-    smooth,
-)
+from gait_tools.gait_model.gait_cycle import cycle_templates, find_contacts, find_step, smooth
 
 _FINE = 3  # samples a template pixel and direction, of which its mean is taken
 _PROFILE = 0.3  # sine of the largest angle between a profile view and the exact side view
