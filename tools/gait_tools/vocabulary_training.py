@@ -1,10 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""
-Learning a vocabulary from silhouettes by K-means, then EM of a Gaussian mixture; its picture.
-
-Learning needs scikit-learn; using a vocabulary does not.
-"""
+"""Learning a vocabulary by K-means, then EM of a Gaussian mixture (scikit-learn); its picture."""
 
 from __future__ import annotations
 
@@ -15,7 +11,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -32,7 +28,6 @@ from gait_tools.gait_model import FIGURES, BankSpec
 
 _COVARIANCE_FLOOR = 1e-4
 _KMEANS_STARTS = 10
-_EM_STEPS = 200
 _MARGIN = 3
 _HEIGHT, _LEAST_HEIGHT = 90, 16
 """Height that masks are brought to, so that near and far people count alike, and their least."""
@@ -137,21 +132,27 @@ def learn_vocabulary(
     silhouettes: Iterable[Silhouette], spec: VocabularySpec | None = None, source: str = ''
 ) -> Vocabulary:
     """Learn words from the head down; the same silhouettes and specification give the same."""
-    clusters, mixture = _estimators()
+    try:
+        from sklearn.cluster import KMeans
+        from sklearn.mixture import GaussianMixture
+    except ImportError as error:
+        raise VocabularyError(
+            'learning a vocabulary needs scikit-learn: pip install scikit-learn'
+        ) from error
     spec = spec or VocabularySpec()
     features, count = outline_features(silhouettes, spec)
     z = features.astype(np.float64)
     if len(z) > spec.points:
         chosen = np.random.default_rng(spec.seed).choice(len(z), spec.points, replace=False)
         z = z[np.sort(chosen)]
-    means = clusters(
+    means = KMeans(
         spec.words, init='k-means++', n_init=_KMEANS_STARTS, random_state=spec.seed
     ).fit(z)
-    fitted = mixture(
+    fitted = GaussianMixture(
         spec.words,
         covariance_type='full',
         reg_covar=_COVARIANCE_FLOOR,
-        max_iter=_EM_STEPS,
+        max_iter=200,
         random_state=spec.seed,
         **_start(z, means.labels_, spec.words),
     ).fit(z)
@@ -186,17 +187,6 @@ def _start(
         'means_init': np.array([group.mean(axis=0) for group in groups]),
         'precisions_init': np.linalg.inv(covariances),
     }
-
-
-def _estimators() -> tuple[Any, Any]:
-    try:
-        from sklearn.cluster import KMeans
-        from sklearn.mixture import GaussianMixture
-    except ImportError as error:
-        raise VocabularyError(
-            'learning a vocabulary needs scikit-learn: pip install scikit-learn'
-        ) from error
-    return KMeans, GaussianMixture
 
 
 def write_vocabulary(vocabulary: Vocabulary, path: str | os.PathLike[str]) -> None:
@@ -234,9 +224,8 @@ def draw_vocabulary(
 ) -> NDArray[np.uint8]:
     """Draw the words (two standard deviations, a line along the outline) beside silhouettes."""
     colours = word_colours(vocabulary.words)
-    panels = [_words(vocabulary, colours)]
-    panels += [_outline(vocabulary, silhouette, colours) for silhouette in silhouettes]
-    return np.hstack(panels)
+    outlines = [_outline(vocabulary, silhouette, colours) for silhouette in silhouettes]
+    return np.hstack([_words(vocabulary, colours), *outlines])
 
 
 def word_colours(count: int) -> NDArray[np.uint8]:
@@ -282,11 +271,7 @@ def _outline(
     points = silhouette_edges(mask, body.height)
     panel = np.full((rows, columns, 3), _GROUND, np.uint8)
     panel[mask > 127] = _BODY
-    for row, column, word in zip(
-        points.rows.tolist(),
-        points.columns.tolist(),
-        words_of(vocabulary, points, body),
-        strict=True,
-    ):
-        cv2.circle(panel, (column, row), 1, colours[word].tolist(), -1)
+    places = points.columns.tolist(), points.rows.tolist()
+    for *place, word in zip(*places, words_of(vocabulary, points, body), strict=True):
+        cv2.circle(panel, place, 1, colours[word].tolist(), -1)
     return panel

@@ -82,9 +82,6 @@ _SHA256 = 'd9a66417185647b112304b57093f0c180f37a768e6a14daca75ca541f3b78039'
 _PIP = [sys.executable, '-m', 'pip', 'download', '--no-deps', '--only-binary', ':all:', '--quiet']
 _PIP += ['--disable-pip-version-check', '--retries', '1', '--timeout', '20', _REQUIREMENT]
 
-_WRITTEN = {
-    *('masks', 'overlay.mp4', 'animation.webp', 'contact_sheet.png', 'report.json', 'logs')
-}
 _SHOWN = {
     'contact_sheet.png': 'the person seen longest, with outline and phase',
     'overlay.mp4': 'the film with outline, box, direction and phase',
@@ -93,7 +90,7 @@ _SHOWN = {
 }
 """What is said of what was written."""
 
-_ANIMATED = 560  # width of the animation in pixels
+_WRITTEN = {*_SHOWN, 'report.json', 'logs'}
 _PARTIAL = {'masks.partial', 'overlay.partial.mp4'}
 
 
@@ -275,7 +272,7 @@ def _animate(out: Path, numbers: list[int], fps: float) -> None:
         shown, picture = capture.read()
         if shown and index % 2 == 0:
             both = [each[part] for each in (picture, cv2.cvtColor(mask, cv2.COLOR_GRAY2BGR))]
-            scale = _ANIMATED / both[0].shape[1]
+            scale = 560 / both[0].shape[1]
             small = cv2.resize(np.vstack(both), None, fx=scale, fy=scale)
             pictures.append(Image.fromarray(cv2.cvtColor(small, cv2.COLOR_BGR2RGB)))
     capture.release()

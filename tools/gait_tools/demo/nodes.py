@@ -66,11 +66,9 @@ class ProcessError(GaitSegmentationError):
 
 class ProcessGroup(contextlib.AbstractContextManager['ProcessGroup']):
     """
-    Named processes whose output goes to log files.
+    Named processes whose output goes to log files; at the end all are stopped, whatever happened.
 
-    As a context manager it stops all of them at the end, whatever happened: first with SIGINT,
-    those that are still there after 5 seconds with SIGKILL.  If this process is killed itself,
-    they are, too.
+    Those that are still there 5 seconds after SIGINT get SIGKILL; all do if this process dies.
     """
 
     def __init__(self, logs: Path) -> None:

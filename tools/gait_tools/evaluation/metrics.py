@@ -1,15 +1,11 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-Scores of a mask, a box and a gait phase against ground truth.
+Scores of a mask, a box and a gait phase against ground truth, as docs/evaluation.md says.
 
 The *truth* of one person is (H, W) uint8: 255 the person, 0 background, anything else ambiguous.
 *Labels* of several people are (H, W) uint8: 0 nobody, 1 to 16 one person each, anything else
-ambiguous.  Ambiguous pixels count in no score.  The *true box* is the tight box of the person.
-
-Scores other than F look at the *evaluation window*: 1.5 times the true box, its width at least
-0.6 times the box's height, clipped to the image.  A frame whose truth shows nobody is scored on
-the whole image; J and F are then 1 for an empty mask and 0 otherwise, and the box is not scored.
+ambiguous.
 """
 
 from __future__ import annotations
@@ -29,16 +25,12 @@ from gait_segmentation.images import Window
 from gait_segmentation.people import MOST_PEOPLE
 
 PERSON = 255  # value of the person in a mask
-AMBIGUOUS = 170
-"""Value this package writes for ambiguous pixels of a mask; it reads every other value so."""
-
+AMBIGUOUS = 170  # value this package writes for ambiguous pixels of a mask; others are, too
 UNCLEAR = 255  # value this package writes for ambiguous pixels of labels
 LOST_IOU = 0.2  # a frame whose box overlaps the true one less than this is lost
 WINDOW = 1.5  # size of the evaluation window over that of the true box
 WINDOW_ASPECT = 0.6  # least width of the evaluation window over the height of the true box
-BOUNDARY_TOLERANCE = 0.008
-"""Distance at which boundaries still match, as a share of the image's diagonal (DAVIS)."""
-
+BOUNDARY_TOLERANCE = 0.008  # distance of boundaries that match, in diagonals of the image (DAVIS)
 RIM_PX = 4  # width of the ambiguous rim about a person that belongs to the person's box
 
 

@@ -34,18 +34,12 @@ FOUND, TRUE = track_colour(1), (255, 90, 255)
 """Colours of the outlines of the mask that was found, and of the true one."""
 
 STAGES = ('tracking', 'matching', 'segmentation', 'total')
-
+BOXES = ('tracked', 'placed', 'matched')
 COLLAPSED = 0.5  # J below which a mask is no longer the person's
 _AVERAGED = ('J', 'F', 'collapsed', 'error_rate', 'error_rate_image', 'box_iou', 'fps')
-
 _TRACKING_SUMMED = (
-    'lost_frames',
-    'id_switches',
-    'shared_ids',
-    'false_slots',
-    'false_frames',
-    'never_locked',
-    'never_recovered',
+    *('lost_frames', 'id_switches', 'shared_ids', 'false_slots', 'false_frames'),
+    *('never_locked', 'never_recovered'),
 )
 _TRACKING_AVERAGED = ('J', 'J_one_id', 'box_iou', 'centre_error', 'mota', 'idf1')
 _TRACKING_WORST = ('lock_seconds', 'recovery_seconds')
@@ -85,14 +79,12 @@ class Summary:
             'box_iou': mean_known(score.visible.iou for score in self.scores),
             **{
                 name: {
-                    'box_iou': mean_known(score.iou for score in boxes),
-                    'centre_error': mean_known(score.centre_error for score in boxes),
+                    'box_iou': mean_known(getattr(each, name).iou for each in self.scores),
+                    'centre_error': mean_known(
+                        getattr(each, name).centre_error for each in self.scores
+                    ),
                 }
-                for name, boxes in (
-                    ('tracked', [score.tracked for score in self.scores]),
-                    ('placed', [score.placed for score in self.scores]),
-                    ('matched', [score.matched for score in self.scores]),
-                )
+                for name in BOXES
             },
             'lost_frames': sum(score.lost for score in self.scores),
             'ms_per_frame': {
@@ -116,7 +108,7 @@ def mean_of(sequences: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     }
     for name in _AVERAGED:
         mean[name] = mean_known(row[name] for row in rows)
-    for name in ('tracked', 'placed', 'matched'):
+    for name in BOXES:
         mean[name] = {
             key: mean_known(row[name][key] for row in rows) for key in ('box_iou', 'centre_error')
         }
@@ -224,7 +216,7 @@ def place_table(report: Mapping[str, Any], sequences: Iterable[Sequence]) -> str
             places.setdefault(place, []).append(report['sequences'][each.name])
     if not any('place' in each.about for each in sequences):
         return ''
-    columns = ('J', 'error %', 'box IoU', 'tracked', 'placed', 'matched')
+    columns = ('J', 'error %', 'box IoU', *BOXES)
     alone = ['map J'] if 'map_J' in report['mean'] else []
     rows = [['by places', 'clips', 'places', *columns, 'collapsed %', *alone]]
     for group, places in sorted(groups.items(), key=lambda item: (item[0] == 'all', item[0])):

@@ -26,12 +26,9 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Outcome:
     """
-    What the pipeline made of one frame.
+    What the pipeline made of one frame, in the slot of greatest J (the first without truth).
 
-    ``mask`` is (H, W) uint8 0/255 and ``box`` the tracked box, both in source pixels;
-    ``timings_ms`` is by stage, ``seconds`` the duration of the call that took the frame in, and
-    ``score`` None without ground truth.  With several slots these are of the one whose mask has
-    the greatest J, of the first if there is no truth; ``people`` are all that see somebody.
+    ``seconds`` took the call that took the frame in; ``people`` are all slots that see somebody.
     """
 
     number: int
@@ -88,12 +85,10 @@ def _outcome(
     person = result.people[0]
     if truth is not None and len(result.people) > 1:
         person = max(result.people, key=lambda each: jaccard(each.segmentation.mask, truth))
-    mask, track = person.segmentation.mask, person.track
+    mask, track, match = person.segmentation.mask, person.track, person.match
     seen = (each for each in result.people if each.track.state == TRACKED)
     people = tuple(each for each in seen if each.track.box is not None)
     score = None
     if truth is not None:
-        score = score_frame(
-            mask, track.box, truth, track.body, person.match.box, person.match.placed
-        )
+        score = score_frame(mask, track.box, truth, track.body, match.box, match.placed)
     return Outcome(number, mask, track.box, result.timings_ms, seconds, score, people)

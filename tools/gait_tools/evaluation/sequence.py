@@ -1,12 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""
-Sequences with ground truth on disk.
-
-A sequence is a folder with ``frames/NNNN.png`` (or another image format), ``masks/NNNN.png`` and
-``sequence.yaml``, and, where several people are labelled, ``labels/NNNN.png``; see
-:mod:`gait_tools.evaluation.metrics` for their values, and docs/evaluation.md for the YAML file.
-"""
+"""Sequences with ground truth on disk, as docs/evaluation.md describes them."""
 
 from __future__ import annotations
 
@@ -35,10 +29,8 @@ Boxes = dict[int, tuple[Box, ...]]
 
 _FIRST_STAMP_NS = 1_000_000_000  # stamp of frame 0: a stamp of zero means "no stamp" to the stages
 _RATES_HZ = (0.01, 1000.0)
-
 _NUMBER = re.compile(r'[0-9]+$')
-_TIMED = re.compile(r'([^:]+)(?::([0-9]+)(?::([1-9][0-9]*))?)?')
-"""Name of heat maps, how many frames late they come, and of which of them there is one."""
+_TIMED = re.compile(r'([^:]+)(?::([0-9]+)(?::([1-9][0-9]*))?)?')  # NAME[:LATE[:EVERY]]
 
 
 def frame_stamp_ns(place: int, fps: float) -> int:
@@ -51,10 +43,8 @@ class Sequence:
     """
     One clip with its ground truth; images are read when they are asked for.
 
-    ``about`` is the content of ``sequence.yaml``.  ``frames`` maps the frame numbers (from the
-    file names, ascending) to files, ``masks`` and ``label_files`` those that have such truth.
-    ``size`` is (width, height) of all frames.  ``given_boxes`` are those of the YAML file, by the
-    number of the frame in which they start tracks.
+    ``about`` is the content of ``sequence.yaml``, ``size`` (width, height) of all frames;
+    ``given_boxes`` are by the number of the frame in which they start tracks.
     """
 
     folder: Path

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence as ListLike
+from collections.abc import Callable, Iterable, Iterator, Sequence as ListLike
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -16,7 +16,6 @@ from tqdm import tqdm
 
 from gait_segmentation.config import replaced
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.geometry import Box
 from gait_tools.evaluation.metrics import PERSON, evaluation_window, jaccard, mean_known, start_box
 from gait_tools.evaluation.report import SequenceOutput, Summary, mean_of
 from gait_tools.evaluation.runner import Outcome, run
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
     from gait_segmentation.pipeline import Pipeline
 
 Item = TypeVar('Item')
-
 WARM_EVERY, WARM_FRAMES, WARM_LEAST = 10, 14, 5
 """Frames between warm starts, in what is scored of one, and that must follow for it to count."""
 
@@ -82,15 +80,8 @@ class Session:
     """
     What stays the same while configurations are compared.
 
-    ``make_pipeline`` makes a pipeline that has seen nothing from a configuration, ``clock`` gives
-    seconds.  With ``warm`` boxes are also given to pipelines that have seen the clip from its
-    first frame on.  ``likelihood`` and ``heat_map`` are
-    as in :meth:`Sequence.likelihoods` and :meth:`Sequence.heat_maps`.
-
-    With ``auto`` no boxes are given and pipelines find people by themselves; without it they only
-    track who is given.  Pipelines of sequences with several people have a slot for each of them,
-    and with ``auto`` all have three at least.  ``fixed`` are the parameters (``stage.name``) that
-    are not changed for that.
+    With ``auto`` pipelines find people by themselves; without it they only track who is given.
+    ``fixed`` are the parameters (``stage.name``) that are not changed for the number of people.
     """
 
     sequences: ListLike[Sequence]
@@ -123,11 +114,7 @@ class Session:
         return report
 
     def _run(
-        self,
-        config: Any,
-        sequence: Sequence,
-        numbers: Iterable[int],
-        starts: Mapping[int, Iterable[Box]],
+        self, config: Any, sequence: Sequence, numbers: Iterable[int], starts: Boxes
     ) -> Iterator[Outcome]:
         """Run a pipeline that has seen nothing over frames of a sequence."""
         return run(
@@ -182,14 +169,10 @@ class Session:
 
     def _suited(self, config: Any, slots: int, *, auto: bool) -> Any:
         """Return a configuration with a number of slots (0 as it is) that starts by itself."""
-        changes: dict[tuple[str, str], Any] = {
-            ('starting', 'auto_init'): 'detector' if auto else 'none'
-        }
-        if slots > 0:
-            changes['people', 'max_people'] = slots
-        for (stage, name), value in changes.items():
-            if f'{stage}.{name}' not in self.fixed:
-                config = replaced(config, stage, name, value)
+        if 'starting.auto_init' not in self.fixed:
+            config = replaced(config, 'starting', 'auto_init', 'detector' if auto else 'none')
+        if slots > 0 and 'people.max_people' not in self.fixed:
+            config = replaced(config, 'people', 'max_people', slots)
         return config
 
 

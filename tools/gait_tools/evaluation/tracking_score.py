@@ -1,24 +1,11 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-How well people are followed: silhouettes, boxes and identities against labels of several people.
+How well people are followed: silhouettes, boxes and identities, as docs/evaluation.md says.
 
-A person counts in a frame if :meth:`Attendance.seen` and the start is past: the frame of the
-person's box, or the first that shows all of the person.
-
-*Silhouettes and boxes.*  In every frame people and tracks are paired one to one, the pair with
-the greatest J (then box IoU) first; J, box IoU and centre error are those of the pair, whatever
-its id.  For who is left over J and box IoU are 0, and there is no centre error.  ``J_one_id``
-takes for each person the one id that suits best over the whole clip.
-
-*Identities.*  Somebody is *held* by a track whose box overlaps the true box by an IoU of at least
-0.5.  As in CLEAR-MOT (Bernardin and Stiefelhagen, 2008) who is held stays with the track as long
-as that is so; others are given to free tracks by greatest overlap.  An id switch is somebody held
-by another id than the last time.
-
-*Ghosts.*  A track in a frame is false if its box overlaps nobody's by :data:`LOST_IOU` and its
-mask (its box, if the mask is empty) lies less than half in ambiguous pixels; a false slot is a
-track id that is false in all its frames.
+As in CLEAR-MOT (Bernardin and Stiefelhagen, 2008) who is held stays with the track as long as the
+boxes overlap; others are given to free tracks by greatest overlap.  A track in a frame is false if
+its box is nobody's and its mask (without one, its box) lies less than half in ambiguous pixels.
 """
 
 from __future__ import annotations

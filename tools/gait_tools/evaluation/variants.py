@@ -36,7 +36,7 @@ def _jpeg(image: Image, quality: int) -> Any:
     return cv2.imdecode(data, cv2.IMREAD_COLOR)
 
 
-def _grey(image: Image) -> Any:
+def _grey(image: Image, number: int) -> Any:
     return cv2.cvtColor(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
 
 
@@ -54,9 +54,9 @@ CAMERAS: dict[str, Callable[[Image, int], Any]] = {
     'gain': lambda image, number: image * (1 + 0.25 * math.sin(number / 6)),
     'flicker': _banded,
     'ramp': lambda image, number: (1 - 0.25 * min(number / 12, 1)) * image,
-    'night': lambda image, number: _grey(image),
+    'night': _grey,
     'warm': lambda image, number: image * np.array([0.88, 1.0, 1.12]),
-    'grey': lambda image, number: _grey(image),
+    'grey': _grey,
     'jpeg': lambda image, number: _jpeg(image, 15),
     'noise': lambda image, number: image + _rng(number).normal(0.0, 12.0, image.shape),
     'blur': lambda image, number: cv2.GaussianBlur(image, (0, 0), 1.5),
@@ -99,8 +99,9 @@ class Filmed(Sequence):
 
 def filmed(sequence: Sequence, kind: str) -> Filmed:
     """Return a sequence as a camera of a kind films it."""
-    known = {each.name: getattr(sequence, each.name) for each in fields(sequence)}
-    return Filmed(**known, kind=kind)
+    return Filmed(
+        **{each.name: getattr(sequence, each.name) for each in fields(sequence)}, kind=kind
+    )
 
 
 def _heat(labels: Image, number: int) -> Image:

@@ -33,9 +33,7 @@ from gait_segmentation.matching.placements import antialiasing_side, resampled
 from gait_tools.figures.walk import Phases, Shot
 from gait_tools.sheets import contact_sheet, crop
 
-CLEAR = 30
-"""How far the likelihood of the pixel shown is from black and white, if there is such a pixel."""
-
+CLEAR = 30  # how far the likelihood of the pixel shown is from black and white, if there is one
 CELLS = 13  # values in the written part of the table
 SHOWN = 5  # frames side by side
 TILE = (190, 240)  # width and height of a picture in pixels
@@ -55,10 +53,8 @@ class PixelTable:
     """
     What matching looks up at one pixel, for the templates of one view.
 
-    ``order`` are the phases of the templates sorted by their values there, ``values`` these
-    values, (K,) uint8.  ``first`` and ``second`` are the splitting IDs of each value of the
-    likelihood, (256,) int32: how many templates are below it, and how many not above it.
-    ``likelihood`` is that on the pixel grid of the templates.
+    ``order`` are their phases sorted by their ``values`` there; ``first`` and ``second`` say of
+    each likelihood, (256,), how many templates are below it, and how many not above it.
     """
 
     likelihood: NDArray[np.uint8]
@@ -141,31 +137,26 @@ def draw_access_table(table: PixelTable, number: int, azimuth_degrees: float) ->
     _draw_row(ordered, '(b) the same, sorted by value', table.values, kinds, v)
     ordered.set_xticks(ranks, [str(phase) for phase in table.order], fontsize=7)
     ordered.set_xlabel('template (number of its phase)')
+    red: dict[str, Any] = {
+        'color': 'tab:red',
+        'va': 'center',
+        'bbox': {'color': 'white', 'pad': 1},
+    }
     for place, words, side in (
         (first, f'first ID = {first} ', 'right'),
         (second, f' second ID = {second}', 'left'),
     ):
         ordered.axvline(place - 0.5, color='tab:red', linewidth=1.5)
-        ordered.text(
-            place - 0.5,
-            275,
-            words,
-            color='tab:red',
-            ha=side,
-            va='center',
-            bbox={'color': 'white', 'pad': 1},
-        )
+        ordered.text(place - 0.5, 275, words, ha=side, **red)
     curve = axes['curve']
     curve.step(range(256), table.second, where='mid', color='black', label='second ID: g <= v')
-    curve.step(
-        range(256), table.first, '--', where='mid', color='tab:cyan', label='first ID: g < v'
-    )
+    dashed = {'color': 'tab:cyan', 'label': 'first ID: g < v'}
+    curve.step(range(256), table.first, '--', where='mid', **dashed)
     curve.axvline(v, color='tab:red', linewidth=1)
     curve.plot([v, v], [first, second], 'o', color='tab:red', ms=4)
     curve.set_title('(c) the table of this pixel: how many templates are below, and not above v')
-    curve.set(
-        xlabel='value v that the likelihood may have', ylabel='splitting IDs', xlim=(-2, 257)
-    )
+    curve.set_xlabel('value v that the likelihood may have')
+    curve.set(ylabel='splitting IDs', xlim=(-2, 257))
     curve.legend(loc='lower right')
     _draw_cells(axes['table'], table)
     return figure

@@ -30,12 +30,10 @@ DISTANCES = 'viridis_r'  # colours of distances: bright is near
 @dataclass(frozen=True)
 class PriorSteps:
     """
-    The prior of a frame.
+    The prior in the part (h, w) of a frame in which something is to be worked out.
 
-    ``image`` is (h, w, 3) uint8 RGB, the part of the working image in which something is to be
-    worked out, ``inside`` and ``far`` (h, w) bool, ``psi`` (h, w) float32; ``body`` is in the same
-    pixels.  ``words`` (n,) are those of the outline points, ``by_word`` (K, h, w) float32 the
-    distance transforms of their points, in pixels.
+    ``words`` (n,) are those of the outline points, ``by_word`` (K, h, w) the distance transforms
+    of their points, in pixels.
     """
 
     terms: ShapeTerms

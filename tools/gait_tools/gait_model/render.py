@@ -141,16 +141,15 @@ def draw(
     canvas = np.zeros(shape, np.uint8)
     members = np.array([member for piece in pieces for member in piece], dtype=np.int64)
     starts = np.cumsum([0, *(len(piece) for piece in pieces)]).astype(np.int64)
-    _draw(
-        np.ascontiguousarray(centers),
-        np.ascontiguousarray(axes),
-        members,
-        starts,
-        np.array(labels, np.uint8),
-        _CORNERS,
-        canvas,
-    )
+    where, sizes = np.ascontiguousarray(centers), np.ascontiguousarray(axes)
+    _draw(where, sizes, members, starts, np.array(labels, np.uint8), _CORNERS, canvas)
     return canvas
+
+
+def median_column(mask: NDArray[np.uint8]) -> float:
+    """Return the column that halves the pixels of a mask, in between two if need be."""
+    mass = np.cumsum((mask > 0).sum(axis=0, dtype=np.float64))
+    return float(np.interp(mass[-1] / 2, mass, np.arange(1, len(mass) + 1)))
 
 
 @functools.lru_cache(maxsize=512)
@@ -166,9 +165,7 @@ def register(build: Build, view: View) -> BodyFrame:
     ones = [1] * len(body.pieces)
     medians = []
     for where, size in zip((centers - (x0, y0)) / step, axes / step, strict=True):
-        canvas = draw(shape, where, size, body.pieces, ones)
-        mass = np.cumsum(canvas.sum(axis=0, dtype=np.float64))
-        medians.append(float(np.interp(mass[-1] / 2, mass, np.arange(1, len(mass) + 1))))
+        medians.append(median_column(draw(shape, where, size, body.pieces, ones)))
     axis = x0 + step * float(np.mean(medians))
     return BodyFrame(axis, float(top.mean() + bottom.mean()) / 2, height)
 
@@ -206,10 +203,8 @@ class Drawing:
         if not 0 < fill <= 1:
             raise BankError(f'fill must be in (0, 1], got {fill!r}')
         figure, view = named_build(build), (float(azimuth), float(elevation))
-        rows, columns = grid or (
-            2 * math.ceil(height_px / fill / 2),
-            2 * math.ceil(height_px * 0.4),
-        )
+        usual = 2 * math.ceil(height_px / fill / 2), 2 * math.ceil(height_px * 0.4)
+        rows, columns = grid or usual
         place = register(figure, view)
         self._body = body_at(phases, figure)
         centers, axes, self._away = project(self._body, view)
@@ -233,13 +228,8 @@ class Drawing:
         depth = [float(self._away[phase, list(piece)].mean()) for piece in pieces]
         # Painter's order: the farthest piece first.
         order = np.argsort(depth, kind='stable')[::-1].tolist()
-        canvas = draw(
-            self._shape,
-            self._centers[phase],
-            self._axes[phase],
-            [pieces[k] for k in order],
-            [1 + parts[k] for k in order],
-        )
+        sorted_pieces, labels = [pieces[k] for k in order], [1 + parts[k] for k in order]
+        canvas = draw(self._shape, self._centers[phase], self._axes[phase], sorted_pieces, labels)
         return {name: _coverage(canvas == 1 + index) for index, name in enumerate(PARTS)}
 
 

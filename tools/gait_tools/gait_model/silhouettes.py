@@ -25,6 +25,7 @@ from gait_segmentation.gait_model.bank import TemplateBank, quantize
 from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
 from gait_tools.gait_model.builder import BankSpec
 from gait_tools.gait_model.gait_cycle import cycle_templates, find_contacts, find_step, smooth
+from gait_tools.gait_model.render import median_column
 
 _FINE = 3  # samples a template pixel and direction, of which its mean is taken
 _PROFILE = 0.3  # sine of the largest angle between a profile view and the exact side view
@@ -78,18 +79,13 @@ def read_masks(folder: str | os.PathLike[str]) -> list[tuple[Path, NDArray[np.ui
     return found
 
 
-def _median_column(mask: NDArray[np.uint8]) -> float:
-    mass = np.cumsum((mask > 0).sum(axis=0, dtype=np.float64))
-    return float(np.interp(mass[-1] / 2, mass, np.arange(1, len(mass) + 1)))
-
-
 def _on_one_ground(masks: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
     """Lay silhouettes of many sizes into images of one, by their feet and median columns."""
     height = max(mask.shape[0] for mask in masks)
     half = max(mask.shape[1] for mask in masks)
     result = np.zeros((len(masks), height, 2 * half), np.uint8)
     for image, mask in zip(result, masks, strict=True):
-        left = half - round(_median_column(mask))
+        left = half - round(median_column(mask))
         image[height - mask.shape[0] :, left : left + mask.shape[1]] = mask
     return result
 
@@ -103,7 +99,7 @@ def register_silhouettes(
         rows = np.flatnonzero(mask.any(axis=1))
         tops.append(float(rows[0]))
         bottoms.append(float(rows[-1] + 1))
-        medians.append(_median_column(mask))
+        medians.append(median_column(mask))
     top, bottom, axis = (smooth(np.array(values), window) for values in (tops, bottoms, medians))
     fine = (grid[0] * _FINE, grid[1] * _FINE)
     result = np.empty((len(masks), *grid), dtype=np.uint8)
@@ -171,7 +167,8 @@ def bank_from_silhouettes(
         for k, azimuth in enumerate(wrapped):
             alike.setdefault(round(math.degrees(azimuth)) % 360, []).append(k)
         wrapped = [wrapped[each[0]] for each in alike.values()]
-        templates = [_mean([templates[k] for k in each]) for each in alike.values()]
+        means = (np.mean([templates[k] for k in each], axis=0) for each in alike.values())
+        templates = [np.rint(mean).astype(np.uint8) for mean in means]
         names = ['average'] * len(templates)
     return TemplateBank(
         quantize(np.stack(templates), spec.levels),
@@ -180,8 +177,3 @@ def bank_from_silhouettes(
         spec.fill,
         {'source': 'silhouettes', 'sequences': '; '.join(notes)},
     )
-
-
-def _mean(templates: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
-    """Return the mean of the templates of several walkers, (phases, rows, columns) uint8."""
-    return np.asarray(np.rint(np.mean(templates, axis=0)), np.uint8)
