@@ -29,9 +29,8 @@ from gait_tools.gait_model import FIGURES, BankSpec
 _COVARIANCE_FLOOR = 1e-4
 _KMEANS_STARTS = 10
 _MARGIN = 3
+# Height that masks are brought to, so that near and far people count alike, and their least.
 _HEIGHT, _LEAST_HEIGHT = 90, 16
-"""Height that masks are brought to, so that near and far people count alike, and their least."""
-
 MODEL = BankSpec(azimuths=16, phases=6, builds=','.join(FIGURES), levels=256)
 """The bank whose silhouettes the shipped vocabulary is learnt from."""
 
@@ -64,7 +63,6 @@ class VocabularySpec(StageConfig):
     seed: int = parameter(1, 'Seed of all that is drawn.', minimum=0, maximum=2**31 - 1)
 
     def __post_init__(self) -> None:
-        """Check all fields, and that there are points for each word."""
         super().__post_init__()
         if self.points < _POINTS_A_WORD * self.words:
             raise ConfigError(
@@ -236,12 +234,8 @@ def word_colours(count: int) -> NDArray[np.uint8]:
     return np.asarray(cv2.cvtColor(hsv[None], cv2.COLOR_HSV2BGR)[0])
 
 
-def _grid(vocabulary: Vocabulary) -> tuple[int, int]:
-    return _ROWS, round(_ROWS * vocabulary.aspect)
-
-
 def _words(vocabulary: Vocabulary, colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    rows, columns = _grid(vocabulary)
+    rows, columns = _ROWS, round(_ROWS * vocabulary.aspect)
     panel = np.full((rows, columns, 3), _GROUND, np.uint8)
     size = np.array([columns, rows])
     for word, colour in enumerate(colours.tolist()):
@@ -263,7 +257,7 @@ def _words(vocabulary: Vocabulary, colours: NDArray[np.uint8]) -> NDArray[np.uin
 def _outline(
     vocabulary: Vocabulary, silhouette: Silhouette, colours: NDArray[np.uint8]
 ) -> NDArray[np.uint8]:
-    rows, columns = _grid(vocabulary)
+    rows, columns = _ROWS, round(_ROWS * vocabulary.aspect)
     body = BodyFrame(columns / 2, rows / 2, vocabulary.fill * rows)
     to_mask = pixel_affine(template_to_image(silhouette.body, rows, columns, body.height))
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP

@@ -103,50 +103,25 @@ def parser() -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     build.add_argument('output', type=Path, help='the bank file to write (.npz)')
-    source = build.add_argument_group('silhouettes')
-    source.add_argument(
-        '--from',
-        dest='folders',
-        type=Path,
-        nargs='+',
-        metavar='FOLDER',
-        help='folders of silhouettes, one sequence each',
-    )
-    source.add_argument(
-        '--azimuth',
-        nargs='+',
-        type=float,
-        metavar='DEG',
-        help='direction of walking of every folder in degrees, or one for all; needs --from',
-    )
-    source.add_argument(
-        '--first-contact',
-        choices=('right', 'left'),
-        help='leg of the first heel contact in the folders (default: right)',
-    )
-    source.add_argument(
-        '--mirror', action='store_true', help='add the mirror image of every folder'
-    )
-    source.add_argument(
-        '--average',
-        action='store_true',
-        help='average the walkers of each direction into one; without it, they are kept apart',
-    )
+    add = build.add_argument_group('silhouettes').add_argument
+    words = 'folders of silhouettes, one sequence each'
+    add('--from', dest='folders', type=Path, nargs='+', metavar='FOLDER', help=words)
+    words = 'direction of walking of every folder in degrees, or one for all; needs --from'
+    add('--azimuth', nargs='+', type=float, metavar='DEG', help=words)
+    words = 'leg of the first heel contact in the folders (default: right)'
+    add('--first-contact', choices=('right', 'left'), help=words)
+    add('--mirror', action='store_true', help='add the mirror image of every folder')
+    words = 'average the walkers of each direction into one; without it, they are kept apart'
+    add('--average', action='store_true', help=words)
     _add_spec_options(build, BankSpec, 'the bank')
-    show = commands.add_parser(
-        'show',
-        help='write a picture of a bank',
-        description='Write a picture of a bank: a row for every sequence, a column for a phase.',
-    )
+    words = 'Write a picture of a bank: a row for every sequence, a column for a phase.'
+    show = commands.add_parser('show', help='write a picture of a bank', description=words)
     words = 'the picture to write (default: bank.png)'
     show.add_argument('-o', '--output', type=Path, default='bank.png', help=words)
     words = 'phases to show (default: 10)'
     show.add_argument('--columns', type=int, default=10, metavar='N', help=words)
-    info = commands.add_parser(
-        'info',
-        help='describe a bank',
-        description='Print size, builds, azimuths and origin of a bank.',
-    )
+    words = 'Print size, builds, azimuths and origin of a bank.'
+    info = commands.add_parser('info', help='describe a bank', description=words)
     for each in (show, info):
         words = 'a bank file; the standard bank if left out'
         each.add_argument('bank', type=Path, nargs='?', help=words)

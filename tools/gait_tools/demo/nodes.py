@@ -78,7 +78,6 @@ class ProcessGroup(contextlib.AbstractContextManager['ProcessGroup']):
         self._children: dict[str, subprocess.Popen[bytes]] = {}
 
     def __exit__(self, *_: object) -> None:
-        """Stop all processes."""
         self.stop()
 
     def start(self, name: str, *arguments: str) -> None:

@@ -26,13 +26,10 @@ from gait_tools.evaluation.tracking_score import MISSING, TrackingScore
 from gait_tools.outputs import SAYS, write_picture, writing
 from gait_tools.sheets import contact_sheet, spread, tile
 
-if TYPE_CHECKING:
-    # Which takes long to load.
+if TYPE_CHECKING:  # which takes long to load
     from matplotlib.figure import Figure
 
-FOUND, TRUE = track_colour(1), (255, 90, 255)
-"""Colours of the outlines of the mask that was found, and of the true one."""
-
+FOUND, TRUE = track_colour(1), (255, 90, 255)  # colours of outlines
 STAGES = ('tracking', 'matching', 'segmentation', 'total')
 BOXES = ('tracked', 'placed', 'matched')
 COLLAPSED = 0.5  # J below which a mask is no longer the person's

@@ -18,8 +18,7 @@ from gait_segmentation.stamps import HeldFrames
 from gait_tools.evaluation.metrics import FrameScore, jaccard, score_frame
 from gait_tools.evaluation.sequence import Sequence
 
-if TYPE_CHECKING:
-    # Which takes long to load.
+if TYPE_CHECKING:  # which takes long to load
     from gait_segmentation.pipeline import FrameResult, PersonResult, Pipeline
 
 

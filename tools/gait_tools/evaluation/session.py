@@ -22,14 +22,12 @@ from gait_tools.evaluation.runner import Outcome, run
 from gait_tools.evaluation.sequence import Boxes, Sequence, read_mask
 from gait_tools.evaluation.tracking_score import TrackingScore, first_frames
 
-if TYPE_CHECKING:
-    # Which takes long to load.
+if TYPE_CHECKING:  # which takes long to load
     from gait_segmentation.pipeline import Pipeline
 
 Item = TypeVar('Item')
+# Frames between warm starts, in what is scored of one, and that must follow for it to count.
 WARM_EVERY, WARM_FRAMES, WARM_LEAST = 10, 14, 5
-"""Frames between warm starts, in what is scored of one, and that must follow for it to count."""
-
 MAP_SLOTS = 3  # slots, at least, where nobody is given but heat maps show everybody at once
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -30,8 +30,7 @@ from gait_tools.evaluation.metrics import (
     window_about,
 )
 
-if TYPE_CHECKING:
-    # Which takes long to load.
+if TYPE_CHECKING:  # which takes long to load
     from gait_segmentation.pipeline import PersonResult
 
 SAME_IOU = 0.5  # two boxes that overlap at least this much are of the same person
@@ -39,16 +38,12 @@ SEEN_SHARE = 0.25  # share of somebody's greatest visible area nearby in time th
 WHOLE_SHARE = 0.75  # share of it that counts as wholly visible, if the box is clear of the border
 NEARBY_SECONDS = 1.0  # how far away in time the greatest visible area is looked for
 MISSING = 'MOTA and IDF1 need the Python package motmetrics, which is not installed'
-
+# People and track ids of a frame, and the (people, tracks) IoU of their boxes.
 MotFrame = tuple[Sequence[int], Sequence[int], NDArray[np.float64]]
-"""People and track ids of a frame, and the (people, tracks) IoU of their boxes."""
-
-_UNCLEAR_SHARE = 0.5
-"""Share of ambiguous pixels in a mask from which on nobody knows whether it is right."""
+_UNCLEAR_SHARE = 0.5  # of a mask in ambiguous pixels: from there on, nobody knows who is right
 
 
-@dataclass(frozen=True)
-class Sighting:
+class Sighting(NamedTuple):
     """What of a person can be seen in a frame: the tight box and the number of pixels."""
 
     box: Box
@@ -246,23 +241,22 @@ class TrackingScore:
         shared = {i for i in self._ids if sum(i in row['ids'] for row in rows) > 1}
         recoveries = [value for row in rows for value in row['recovery_seconds']]
         locks = [row['lock_seconds'] for row in rows]
+        locked, recovered = ([v for v in each if v is not None] for each in (locks, recoveries))
         return {
             'people': people,
-            'J': mean_known(row['J'] for row in rows),
-            'J_one_id': mean_known(row['J_one_id'] for row in rows),
-            'box_iou': mean_known(row['box_iou'] for row in rows),
-            'centre_error': mean_known(row['centre_error'] for row in rows),
+            **{
+                name: mean_known(row[name] for row in rows)
+                for name in ('J', 'J_one_id', 'box_iou', 'centre_error')
+            },
             'lost_frames': sum(row['lost_frames'] for row in rows),
             'id_switches': sum(row['id_switches'] for row in rows),
             'shared_ids': len(shared),
             'false_slots': len(self._ids - self._real_ids),
             'false_frames': self._false_frames,
-            'lock_seconds': max((value for value in locks if value is not None), default=None),
-            'never_locked': sum(value is None for value in locks),
-            'recovery_seconds': max(
-                (value for value in recoveries if value is not None), default=None
-            ),
-            'never_recovered': sum(value is None for value in recoveries),
+            'lock_seconds': max(locked, default=None),
+            'never_locked': len(locks) - len(locked),
+            'recovery_seconds': max(recovered, default=None),
+            'never_recovered': len(recoveries) - len(recovered),
             **mot_scores(self._mot),
         }
 

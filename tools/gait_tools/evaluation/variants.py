@@ -21,9 +21,8 @@ from gait_tools.evaluation.report import write_image
 from gait_tools.evaluation.sequence import Sequence
 
 MAPS_FOLDER = 'map'  # folder of heat maps beside the frames
+# Blur of the heat maps and side of their blocks, pixels; share of blocks that are inverted.
 SOFT, BLOCK, INVERTED = 4.0, 8, 0.1
-"""Blur of the heat maps and side of their blocks, pixels; share of blocks that are inverted."""
-
 Image = NDArray[np.uint8]
 
 
@@ -62,9 +61,7 @@ CAMERAS: dict[str, Callable[[Image, int], Any]] = {
     'blur': lambda image, number: cv2.GaussianBlur(image, (0, 0), 1.5),
 }
 """What becomes of a frame, given its number (of :data:`LATE` since then), by the kind's name."""
-
-LATE = ('flicker', 'ramp', 'night')
-"""Those that begin in the middle of the clip: lamps come on, a cloud comes, it gets dark."""
+LATE = ('flicker', 'ramp', 'night')  # these begin in the middle of the clip
 
 MAPS: dict[str, Callable[[Image, int], Any]] = {
     'map': lambda heat, number: heat,

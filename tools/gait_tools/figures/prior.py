@@ -90,9 +90,8 @@ def draw_prior(steps: PriorSteps, number: int, config: SegmentationConfig) -> Fi
     panels: Any = figure.subfigures(2, 3, wspace=0.03, hspace=0.03)
     largest = float(terms.distance.max()) / height
 
-    panel, axes = _panel(
-        panels[0, 0], f'1  outline of the template,\nframe {number}, by its words'
-    )
+    title = f'1  outline of the template,\nframe {number}, by its words'
+    panel, axes = _panel(panels[0, 0], title)
     axes.imshow((0.5 * steps.image + 110).astype(np.uint8))
     axes.scatter(points.columns, points.rows, s=7, color=colours[steps.words])
     dots = [_dot(colours[word], f'{word + 1}') for word in np.flatnonzero(counts)]
@@ -110,15 +109,13 @@ def draw_prior(steps: PriorSteps, number: int, config: SegmentationConfig) -> Fi
         axes.axis('off')
     panel.colorbar(shown, ax=small, label='body heights')
 
-    panel, axes = _panel(
-        panels[0, 2], '3  oriented distance: to the outline,\nmore at edges of another word'
-    )
+    title = '3  oriented distance: to the outline,\nmore at edges of another word'
+    panel, axes = _panel(panels[0, 2], title)
     shown = axes.imshow(terms.distance / height, cmap=DISTANCES, vmin=0, vmax=largest)
     panel.colorbar(shown, ax=axes, label='body heights')
 
-    panel, axes = _panel(
-        panels[1, 0], '4  is there an edge of the image (grey)\nthat confirms it?'
-    )
+    title = '4  is there an edge of the image (grey)\nthat confirms it?'
+    panel, axes = _panel(panels[1, 0], title)
     ground = np.full((*steps.inside.shape, 3), 255, np.uint8)
     ground[steps.inside] = 225
     ground[terms.gradient.edges] = 110
@@ -133,9 +130,8 @@ def draw_prior(steps: PriorSteps, number: int, config: SegmentationConfig) -> Fi
     ]
     panel.legend(handles=dots, loc='outside lower center', ncols=2, handletextpad=0.1)
 
-    panel, axes = _panel(
-        panels[1, 1], '5  psi, after local search and 4:\nalong dark lines cuts are cheap'
-    )
+    title = '5  psi, after local search and 4:\nalong dark lines cuts are cheap'
+    panel, axes = _panel(panels[1, 1], title)
     shown = axes.imshow(steps.psi, cmap='magma', vmin=0, vmax=1)
     full = f'1 = {config.paper_reach:g} body heights outside, {config.paper_depth:g} inside'
     panel.colorbar(shown, ax=axes, label=f'psi; {full}')

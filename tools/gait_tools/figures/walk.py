@@ -24,8 +24,7 @@ from gait_segmentation.results import MatchResult, TrackResult
 from gait_tools.evaluation.metrics import error_percent, evaluation_window, jaccard
 from gait_tools.evaluation.sequence import Sequence
 
-if TYPE_CHECKING:
-    # Which takes long to load.
+if TYPE_CHECKING:  # which takes long to load
     from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
 
 

@@ -87,7 +87,6 @@ class Body:
     """
 
     def __init__(self) -> None:
-        """Start without anything."""
         self._centers: list[Points] = []
         self._axes: list[Points] = []
         self.pieces: list[tuple[int, ...]] = []

@@ -22,7 +22,6 @@ from numpy.typing import ArrayLike, NDArray
 WALKER: dict[str, Any] = json.loads(
     Path(__file__).with_name('walker.json').read_text(encoding='utf-8')
 )
-"""Joint angles, lengths, shapes and builds."""
 SEGMENTS: dict[str, float] = WALKER['segments']
 _ADJUST: dict[str, float] = WALKER['adjustments']
 
