@@ -26,7 +26,6 @@ from gait_segmentation.ros.messages import image_message
 from gait_segmentation.streams.fields import stamp_of
 from gait_tools.demo.nodes import ros
 
-_FLOW_OUT_S = 10
 _DISCOVERY_S = 1.0  # time for the nodes to be done with finding the camera before it starts
 _LONGEST_GAP_S = 5.0
 """Pauses of a recording that are kept; longer ones are taken for a new recording."""
@@ -61,7 +60,7 @@ def publish(
             message.header.stamp = node.get_clock().now().to_msg()
             images.publish(message)
             file.write(f'{frame.number} {stamp_of(message.header)}\n'.encode())
-    images.wait_for_all_acked(Duration(seconds=_FLOW_OUT_S))
+    images.wait_for_all_acked(Duration(seconds=10))
 
 
 def main() -> None:

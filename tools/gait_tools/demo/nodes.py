@@ -33,7 +33,6 @@ from gait_segmentation.streams.fields import slot_topics
 NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter')
 
 _GRACE_S = 5.0
-_LAST_LINES = 15
 _PR_SET_PDEATHSIG = 1
 _prctl = ctypes.CDLL(None).prctl
 
@@ -113,7 +112,7 @@ class ProcessGroup(contextlib.AbstractContextManager['ProcessGroup']):
         """Return the number of a process."""
         return self._children[name].pid
 
-    def last_lines(self, name: str, count: int = _LAST_LINES) -> str:
+    def last_lines(self, name: str, count: int = 15) -> str:
         """Return the end of a process's output, indented."""
         text = (self._logs / f'{name}.log').read_text(encoding='utf-8', errors='replace')
         return '\n'.join(f'    {line}' for line in text.splitlines()[-count:])

@@ -39,7 +39,6 @@ _TRACKING_SUMMED = (
     *('never_locked', 'never_recovered'),
 )
 _TRACKING_AVERAGED = ('J', 'J_one_id', 'box_iou', 'centre_error', 'mota', 'idf1')
-_TRACKING_WORST = ('lock_seconds', 'recovery_seconds')
 
 
 @dataclass
@@ -122,7 +121,7 @@ def mean_tracking(rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     for name in _TRACKING_AVERAGED:
         if all(name in row for row in rows):
             mean[name] = mean_known(row[name] for row in rows)
-    for name in _TRACKING_WORST:
+    for name in ('lock_seconds', 'recovery_seconds'):
         times = [row[name] for row in rows if row[name] is not None]
         mean[name] = max(times, default=None)
     return mean

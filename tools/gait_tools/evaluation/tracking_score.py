@@ -57,8 +57,7 @@ class Attendance:
         self, frames: Iterable[tuple[int, NDArray[np.uint8]]], fps: float, size: tuple[int, int]
     ) -> None:
         """Go through the frames with truth once: number and labels, ascending."""
-        self.fps = fps
-        self.size = size
+        self.fps, self.size = fps, size
         self.numbers: list[int] = []
         self._sightings: dict[int, dict[int, Sighting]] = {}
         for number, labels in frames:

@@ -61,8 +61,7 @@ def read_masks(folder: str | os.PathLike[str]) -> list[tuple[Path, NDArray[np.ui
     if not files:
         endings = ', '.join(IMAGE_SUFFIXES)
         raise BankError(f'no images in {folder}: expected files ending in {endings}')
-    found = []
-    brightest = 0
+    found, brightest = [], 0
     for file in files:
         try:
             image = read_image(file, cv2.IMREAD_GRAYSCALE)
