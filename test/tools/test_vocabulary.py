@@ -10,7 +10,7 @@ import pytest
 
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.paper.vocabulary import Vocabulary, VocabularyError
-from gait_tools.cli import vocabulary as command
+from gait_tools.cli import bank as command
 from gait_tools.cli.bank import main
 from gait_tools.gait_model import BankSpec, build_bank, render_silhouette
 from gait_tools.vocabulary_training import (

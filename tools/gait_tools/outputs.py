@@ -18,24 +18,15 @@ from gait_segmentation.errors import ConfigError, GaitSegmentationError, Sequenc
 from gait_segmentation.files.installed import make_writable
 from gait_segmentation.files.output_files import write_file
 
-_HEAD = 4096
-"""Bytes of a file by which its kind is told."""
-
-_PNG_HEADER = 33
-"""Length of the signature of a PNG and its first part, which describes the image."""
-
-SAYS = {'Software': 'gait_segmentation'}
-"""What PNGs say that are written here."""
+_HEAD = 4096  # bytes of a file by which its kind is told
+_PNG_HEADER = 33  # length of the signature of a PNG and its first part, which describes the image
+SAYS = {'Software': 'gait_segmentation'}  # what PNGs say that are written here
 
 _MARK = b'tEXtSoftware\0' + SAYS['Software'].encode()
 
 
 def make_folder(option: str, folder: Path) -> None:
-    """
-    Make a folder for outputs, before what is to be written is worked out.
-
-    :param option: that names it, for what is said.
-    """
+    """Make the folder that an option names, before what is to be written is worked out."""
     try:
         make_writable(folder)
     except OSError as error:
@@ -58,15 +49,7 @@ def check_file(path: Path) -> None:
 def keep_others(
     outputs: Iterable[tuple[str, Path | None, Callable[[bytes], bool]]], maker: str
 ) -> None:
-    """
-    Refuse outputs that would replace a file of another kind: somebody else's.
-
-    Empty files are replaced, and what is no usual file, such as a device, is not looked at.
-
-    :param outputs: what is said of each file to be written, where it is to be, None if it is not
-        wanted, and what says of the first bytes of a file whether it is of the kind.
-    :param maker: the command that makes them.
-    """
+    """Refuse outputs that would replace a file of another kind: (what it is, where, is it own)."""
     for name, path, is_own in outputs:
         if path is None or not path.is_file():
             continue
@@ -80,11 +63,7 @@ def keep_others(
 
 
 def with_part(page: Path, name: str, part: str) -> str:
-    """
-    Return a Markdown page with another part between its marks.
-
-    :param name: of the part, which the first mark says.
-    """
+    """Return a Markdown page with another part between the marks of that name."""
     try:
         head, begin, rest = page.read_text(encoding='utf-8').partition(f'<!-- {name} -->\n')
     except (OSError, ValueError) as error:
@@ -121,14 +100,9 @@ def write_picture(
         raise kind(
             f'{path} cannot be written: its name must end in .png or another format OpenCV writes'
         )
+    written = data.tobytes()
+    if written.startswith(b'\x89PNG'):
+        mark = struct.pack('>I', len(_MARK) - 4) + _MARK + struct.pack('>I', zlib.crc32(_MARK))
+        written = written[:_PNG_HEADER] + mark + written[_PNG_HEADER:]
     with writing(path, kind):
-        write_file(path, _marked(data.tobytes()))
-
-
-def _marked(data: bytes) -> bytes:
-    """Return a PNG that says where it is from, and another file as it is."""
-    if not data.startswith(b'\x89PNG'):
-        return data
-    text = _MARK[4:]
-    part = struct.pack('>I', len(text)) + _MARK + struct.pack('>I', zlib.crc32(_MARK))
-    return data[:_PNG_HEADER] + part + data[_PNG_HEADER:]
+        write_file(path, written)

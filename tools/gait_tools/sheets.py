@@ -14,16 +14,9 @@ from gait_segmentation.drawing import BACKDROP, Colour, Image, draw_label, draw_
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
 
-__all__ = ['TILE_SIZE', 'contact_sheet', 'crop', 'spread', 'tile']
-
-TILES, COLUMNS = 28, 7
-"""Frames on a contact sheet of somebody, and in a row of it."""
-
-TILE_SIZE = (200, 256)
-"""Width and height of one of them in pixels."""
-
-TILE_HEIGHT = 1.35
-"""Height of the region shown, in those of the person (widths, if that is more)."""
+TILES, COLUMNS = 28, 7  # frames on a contact sheet of somebody, and in a row of it
+TILE_SIZE = (200, 256)  # width and height of one of them in pixels
+TILE_HEIGHT = 1.35  # height of the region shown, in those of the person (widths, if that is more)
 
 
 def spread(numbers: Sequence[int]) -> set[int]:
@@ -33,12 +26,7 @@ def spread(numbers: Sequence[int]) -> set[int]:
 
 
 def tile(image: Image, box: Box, outlines: Iterable[tuple[Image, Colour]], words: str) -> Image:
-    """
-    Return a picture of somebody and the surroundings, with outlines and words.
-
-    :param box: of the person, in pixels of the image.
-    :param outlines: (H, W) uint8 masks and the colours of their outlines, drawn in this order.
-    """
+    """Return a picture of somebody and the surroundings, with outlines and words."""
     width, height = TILE_SIZE
     tall = TILE_HEIGHT * max(box.height, box.width)
     region = Box.from_center(box.center_x, box.center_y, tall * width / height, tall)
@@ -51,42 +39,30 @@ def tile(image: Image, box: Box, outlines: Iterable[tuple[Image, Colour]], words
 
 
 def crop(image: Image, region: Box, size: tuple[int, int]) -> Image:
-    """
-    Return a region of an image or mask at a given size.
-
-    :param region: in pixels; beyond the image it is dark (0 in a grey image).
-    :param size: (width, height) of the result.
-    """
+    """Return a region of an image or mask at a given (width, height), dark beyond the image."""
     left, top = math.floor(region.x), math.floor(region.y)
-    width = max(round(region.width), 1)
-    height = max(round(region.height), 1)
-    ground = BACKDROP if image.ndim == 3 else 0
+    width, height = max(round(region.width), 1), max(round(region.height), 1)
     part = np.empty((height, width, *image.shape[2:]), np.uint8)
-    part[:] = ground
+    part[:] = BACKDROP if image.ndim == 3 else 0
     inside = Box(left, top, width, height).clipped(image.shape[1], image.shape[0])
     if inside is not None:
         rows, columns = inside.slices(image.shape[1], image.shape[0])
         part[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left] = (
             image[rows, columns]
         )
-    return _resized(part, size)
+    enlarging = cv2.INTER_LINEAR if image.ndim == 2 else cv2.INTER_CUBIC
+    how = enlarging if size[0] >= width else cv2.INTER_AREA
+    return np.asarray(cv2.resize(part, size, interpolation=how))
 
 
 def contact_sheet(images: Sequence[Image], columns: int = COLUMNS, gap: int = 4) -> Image:
-    """
-    Put pictures side by side, row by row.
-
-    :param images: (H, W, 3) uint8, any sizes; every cell has the size of the largest.
-    :param columns: pictures per row.
-    :param gap: pixels between pictures and round the sheet.
-    """
+    """Put pictures side by side, row by row, in cells of the size of the largest."""
     if not images or columns < 1:
         raise InputError(
             f'a sheet needs pictures and at least 1 column, got {len(images)} and {columns}'
         )
     columns = min(columns, len(images))
-    height = max(image.shape[0] for image in images)
-    width = max(image.shape[1] for image in images)
+    height, width = (max(image.shape[axis] for image in images) for axis in (0, 1))
     rows = -(-len(images) // columns)
     sheet = np.empty((rows * (height + gap) + gap, columns * (width + gap) + gap, 3), np.uint8)
     sheet[:] = BACKDROP
@@ -95,10 +71,3 @@ def contact_sheet(images: Sequence[Image], columns: int = COLUMNS, gap: int = 4)
         left = gap + place % columns * (width + gap)
         sheet[top : top + image.shape[0], left : left + image.shape[1]] = image
     return sheet
-
-
-def _resized(image: Image, size: tuple[int, int]) -> Image:
-    grows = size[0] >= image.shape[1]
-    enlarging = cv2.INTER_LINEAR if image.ndim == 2 else cv2.INTER_CUBIC
-    how = enlarging if grows else cv2.INTER_AREA
-    return np.asarray(cv2.resize(image, size, interpolation=how))

@@ -1,10 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""
-Learning a vocabulary from silhouettes by K-means, then EM of a Gaussian mixture; its picture.
-
-Learning needs scikit-learn; using a vocabulary does not.
-"""
+"""Learning a vocabulary by K-means, then EM of a Gaussian mixture (scikit-learn); its picture."""
 
 from __future__ import annotations
 
@@ -15,7 +11,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -27,28 +23,19 @@ from gait_segmentation.files.output_files import write_file
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
 from gait_segmentation.paper.prior import silhouette_edges, words_of
-from gait_segmentation.paper.vocabulary import (
-    FORMAT,
-    FORMAT_VERSION,
-    Vocabulary,
-    VocabularyError,
-)
+from gait_segmentation.paper.vocabulary import FORMAT, FORMAT_VERSION, Vocabulary, VocabularyError
 from gait_tools.gait_model import FIGURES, BankSpec
 
 _COVARIANCE_FLOOR = 1e-4
 _KMEANS_STARTS = 10
-_EM_STEPS = 200
 _MARGIN = 3
+# Height that masks are brought to, so that near and far people count alike, and their least.
 _HEIGHT, _LEAST_HEIGHT = 90, 16
-"""Height that masks are brought to, so that near and far people count alike, and their least."""
-
 MODEL = BankSpec(azimuths=16, phases=6, builds=','.join(FIGURES), levels=256)
 """The bank whose silhouettes the shipped vocabulary is learnt from."""
 
 _POINTS_A_WORD = 10
-_ORIENTATION_SCALE = 0.35
-"""How much the orientation counts against the position."""
-
+_ORIENTATION_SCALE = 0.35  # how much the orientation counts against the position
 _FILL, _ASPECT = 0.9, 2 / 3
 """Share of the frame's height that the body takes, and the frame's width over its height."""
 
@@ -76,7 +63,6 @@ class VocabularySpec(StageConfig):
     seed: int = parameter(1, 'Seed of all that is drawn.', minimum=0, maximum=2**31 - 1)
 
     def __post_init__(self) -> None:
-        """Check all fields, and that there are points for each word."""
         super().__post_init__()
         if self.points < _POINTS_A_WORD * self.words:
             raise ConfigError(
@@ -94,14 +80,7 @@ def bank_silhouettes(bank: TemplateBank) -> Iterator[Silhouette]:
 
 
 def mask_silhouettes(masks: Sequence[NDArray[np.uint8]]) -> list[Silhouette]:
-    """
-    Return masks of people with the bodies in them, all of one height.
-
-    The body's axis is the median column of its pixels, top and bottom are the outermost rows.
-    Who is less than 16 pixels tall is left out.
-
-    :param masks: (h, w) uint8 0/255 each, none of them empty.
-    """
+    """Bring masks to one height, with the bodies in them; who is very small is left out."""
     found, tallest = [], 0
     for mask in masks:
         left, top, width, height = cv2.boundingRect(mask)
@@ -127,11 +106,7 @@ def mask_silhouettes(masks: Sequence[NDArray[np.uint8]]) -> list[Silhouette]:
 def outline_features(
     silhouettes: Iterable[Silhouette], spec: VocabularySpec
 ) -> tuple[NDArray[np.float32], int]:
-    """
-    Return z of all outline points of silhouettes.
-
-    :returns: (n, 4) float32, and the number of silhouettes.
-    """
+    """Return z of all outline points, (n, 4) float32, and the number of silhouettes."""
     # A mixture of one word, only for its frame.
     frame = Vocabulary(
         np.ones(1), np.zeros((1, 4)), np.eye(4)[None], _ORIENTATION_SCALE, _FILL, _ASPECT
@@ -154,29 +129,28 @@ def outline_features(
 def learn_vocabulary(
     silhouettes: Iterable[Silhouette], spec: VocabularySpec | None = None, source: str = ''
 ) -> Vocabulary:
-    """
-    Learn a vocabulary; the same silhouettes and specification give the same words.
-
-    :param silhouettes: at least some hundred of varied people, views and phases.
-    :param spec: how; the defaults if None.
-    :param source: in words where the silhouettes are from, kept as provenance.
-    :returns: the words from the head down.
-    """
-    clusters, mixture = _estimators()
+    """Learn words from the head down; the same silhouettes and specification give the same."""
+    try:
+        from sklearn.cluster import KMeans
+        from sklearn.mixture import GaussianMixture
+    except ImportError as error:
+        raise VocabularyError(
+            'learning a vocabulary needs scikit-learn: pip install scikit-learn'
+        ) from error
     spec = spec or VocabularySpec()
     features, count = outline_features(silhouettes, spec)
     z = features.astype(np.float64)
     if len(z) > spec.points:
         chosen = np.random.default_rng(spec.seed).choice(len(z), spec.points, replace=False)
         z = z[np.sort(chosen)]
-    means = clusters(
+    means = KMeans(
         spec.words, init='k-means++', n_init=_KMEANS_STARTS, random_state=spec.seed
     ).fit(z)
-    fitted = mixture(
+    fitted = GaussianMixture(
         spec.words,
         covariance_type='full',
         reg_covar=_COVARIANCE_FLOOR,
-        max_iter=_EM_STEPS,
+        max_iter=200,
         random_state=spec.seed,
         **_start(z, means.labels_, spec.words),
     ).fit(z)
@@ -213,17 +187,6 @@ def _start(
     }
 
 
-def _estimators() -> tuple[Any, Any]:
-    try:
-        from sklearn.cluster import KMeans
-        from sklearn.mixture import GaussianMixture
-    except ImportError as error:
-        raise VocabularyError(
-            'learning a vocabulary needs scikit-learn: pip install scikit-learn'
-        ) from error
-    return KMeans, GaussianMixture
-
-
 def write_vocabulary(vocabulary: Vocabulary, path: str | os.PathLike[str]) -> None:
     """Write a vocabulary to a JSON file, numbers rounded to seven decimals, one row a line."""
     words = zip(vocabulary.weights, vocabulary.means, vocabulary.covariances, strict=True)
@@ -257,18 +220,10 @@ def write_vocabulary(vocabulary: Vocabulary, path: str | os.PathLike[str]) -> No
 def draw_vocabulary(
     vocabulary: Vocabulary, silhouettes: Sequence[Silhouette]
 ) -> NDArray[np.uint8]:
-    """
-    Draw the words beside silhouettes whose outline points have the colours of their words.
-
-    A word is the ellipse of two standard deviations of its position, with a line along its mean
-    outline (across the gradient).
-
-    :returns: (rows, columns, 3) uint8 BGR.
-    """
+    """Draw the words (two standard deviations, a line along the outline) beside silhouettes."""
     colours = word_colours(vocabulary.words)
-    panels = [_words(vocabulary, colours)]
-    panels += [_outline(vocabulary, silhouette, colours) for silhouette in silhouettes]
-    return np.hstack(panels)
+    outlines = [_outline(vocabulary, silhouette, colours) for silhouette in silhouettes]
+    return np.hstack([_words(vocabulary, colours), *outlines])
 
 
 def word_colours(count: int) -> NDArray[np.uint8]:
@@ -279,12 +234,8 @@ def word_colours(count: int) -> NDArray[np.uint8]:
     return np.asarray(cv2.cvtColor(hsv[None], cv2.COLOR_HSV2BGR)[0])
 
 
-def _grid(vocabulary: Vocabulary) -> tuple[int, int]:
-    return _ROWS, round(_ROWS * vocabulary.aspect)
-
-
 def _words(vocabulary: Vocabulary, colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    rows, columns = _grid(vocabulary)
+    rows, columns = _ROWS, round(_ROWS * vocabulary.aspect)
     panel = np.full((rows, columns, 3), _GROUND, np.uint8)
     size = np.array([columns, rows])
     for word, colour in enumerate(colours.tolist()):
@@ -306,7 +257,7 @@ def _words(vocabulary: Vocabulary, colours: NDArray[np.uint8]) -> NDArray[np.uin
 def _outline(
     vocabulary: Vocabulary, silhouette: Silhouette, colours: NDArray[np.uint8]
 ) -> NDArray[np.uint8]:
-    rows, columns = _grid(vocabulary)
+    rows, columns = _ROWS, round(_ROWS * vocabulary.aspect)
     body = BodyFrame(columns / 2, rows / 2, vocabulary.fill * rows)
     to_mask = pixel_affine(template_to_image(silhouette.body, rows, columns, body.height))
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
@@ -314,11 +265,7 @@ def _outline(
     points = silhouette_edges(mask, body.height)
     panel = np.full((rows, columns, 3), _GROUND, np.uint8)
     panel[mask > 127] = _BODY
-    for row, column, word in zip(
-        points.rows.tolist(),
-        points.columns.tolist(),
-        words_of(vocabulary, points, body),
-        strict=True,
-    ):
-        cv2.circle(panel, (column, row), 1, colours[word].tolist(), -1)
+    places = points.columns.tolist(), points.rows.tolist()
+    for *place, word in zip(*places, words_of(vocabulary, points, body), strict=True):
+        cv2.circle(panel, place, 1, colours[word].tolist(), -1)
     return panel

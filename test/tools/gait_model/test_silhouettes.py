@@ -9,11 +9,13 @@ import pytest
 
 from gait_segmentation.errors import BankError
 from gait_tools.gait_model.builder import BankSpec, build_bank
-from gait_tools.gait_model.gait_cycle import autocorrelation, find_contacts, find_step
 from gait_tools.gait_model.render import render_silhouette
 from gait_tools.gait_model.silhouettes import (
     SilhouetteSequence,
+    autocorrelation,
     bank_from_silhouettes,
+    find_contacts,
+    find_step,
     read_silhouettes,
     register_silhouettes,
 )

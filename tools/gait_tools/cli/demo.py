@@ -74,21 +74,14 @@ examples
   gait_demo --clip walk.mp4 --box 400 120 80 260 --start 15 --out out/walk
 """
 
-CLIP_START = 70
-"""A frame in which the woman is in full view."""
-
-CLIP_BOX = Box(1260, 519, 133, 414)
-"""Her box in that frame, in pixels of the clip."""
-
+CLIP_START = 70  # a frame in which the woman is in full view
+CLIP_BOX = Box(1260, 519, 133, 414)  # her box in that frame, in pixels of the clip
 _REQUIREMENT = 'sports2d==0.8.34'
 _MEMBER = 'Sports2D/Demo/demo.mp4'
 _SHA256 = 'd9a66417185647b112304b57093f0c180f37a768e6a14daca75ca541f3b78039'
 _PIP = [sys.executable, '-m', 'pip', 'download', '--no-deps', '--only-binary', ':all:', '--quiet']
 _PIP += ['--disable-pip-version-check', '--retries', '1', '--timeout', '20', _REQUIREMENT]
 
-_WRITTEN = {
-    *('masks', 'overlay.mp4', 'animation.webp', 'contact_sheet.png', 'report.json', 'logs'),
-}
 _SHOWN = {
     'contact_sheet.png': 'the person seen longest, with outline and phase',
     'overlay.mp4': 'the film with outline, box, direction and phase',
@@ -97,9 +90,7 @@ _SHOWN = {
 }
 """What is said of what was written."""
 
-_ANIMATED = 560
-"""Width of the animation in pixels."""
-
+_WRITTEN = {*_SHOWN, 'report.json', 'logs'}
 _PARTIAL = {'masks.partial', 'overlay.partial.mp4'}
 
 
@@ -193,12 +184,7 @@ def _demonstrate(options: argparse.Namespace) -> None:
 
 
 def demo_clip() -> Path:
-    """
-    Return the clip, fetched from the package index if it is not in the user's cache.
-
-    It is part of the package Sports2D (David Pagnon, BSD-3-Clause): a woman who walks past a
-    standing camera.
-    """
+    """Return the clip of Sports2D (BSD-3-Clause), fetched if the cache has none."""
     folder = os.environ.get('XDG_CACHE_HOME') or os.path.expanduser('~/.cache')
     if not os.path.isabs(folder):
         raise SequenceError(f'the clip cannot be kept in {folder}: set HOME or XDG_CACHE_HOME')
@@ -237,13 +223,7 @@ def lost_frames(lost: int, recording: Recording) -> str:
 
 
 def write_pictures(out: Path, recording: Recording, film: ImageSource, fps: float) -> int:
-    """
-    Write masks, overlay, animation and contact sheet of the frames that were answered.
-
-    The images are read again, in their order: all at once would take much memory.
-
-    :returns: how many frames have a silhouette.
-    """
+    """Write all pictures of the frames answered; return how many have a silhouette."""
     answered = recording.answered()
     seen: dict[int, list[int]] = {}
     for number in answered:
@@ -292,7 +272,7 @@ def _animate(out: Path, numbers: list[int], fps: float) -> None:
         shown, picture = capture.read()
         if shown and index % 2 == 0:
             both = [each[part] for each in (picture, cv2.cvtColor(mask, cv2.COLOR_GRAY2BGR))]
-            scale = _ANIMATED / both[0].shape[1]
+            scale = 560 / both[0].shape[1]
             small = cv2.resize(np.vstack(both), None, fx=scale, fy=scale)
             pictures.append(Image.fromarray(cv2.cvtColor(small, cv2.COLOR_BGR2RGB)))
     capture.release()

@@ -32,9 +32,7 @@ from gait_tools.evaluation.session import Session, load_sequences
 from gait_tools.outputs import check_file, is_own_picture, keep_others, make_folder, with_part
 
 _OUTPUT = Path('-')
-_SCORES = re.compile(rb'\{\s*"sequences": \{')
-"""Beginning of a file of scores."""
-
+_SCORES = re.compile(rb'\{\s*"sequences": \{')  # beginning of a file of scores
 DESCRIPTION = """\
 Run the pipeline over sequences with ground truth and score the masks and tracks.
 
@@ -94,12 +92,8 @@ def parser() -> argparse.ArgumentParser:
         help='also give the box at every 10th frame to a camera that has been running since the '
         "clip's first frame, and score 14 frames: J of all, J0 of the first",
     )
-    add(
-        '--likelihood',
-        default='',
-        metavar='NAME',
-        help="take SEQUENCE_DIR/NAME/NNNN.png (grey) as likelihood in place of the tracker's",
-    )
+    words = "take SEQUENCE_DIR/NAME/NNNN.png (grey) as likelihood in place of the tracker's"
+    add('--likelihood', default='', metavar='NAME', help=words)
     add(
         '--heat-map',
         default='',
@@ -108,19 +102,11 @@ def parser() -> argparse.ArgumentParser:
         "tracker's own likelihood; frames may go without; maps come LATE frames after theirs (0), "
         'with every EVERYth frame (1)',
     )
-    add(
-        '--json',
-        type=Path,
-        metavar='FILE',
-        help='write all numbers to a file; - = to standard output (tables then to standard error)',
-    )
-    add(
-        '--out',
-        type=Path,
-        metavar='DIR',
-        help='write DIR/NAME/masks/NNNN.png and DIR/NAME/contact_sheet.png (found: green, true: '
-        'magenta, without its ambiguous rim)',
-    )
+    words = 'write all numbers to a file; - = to standard output (tables then to standard error)'
+    add('--json', type=Path, metavar='FILE', help=words)
+    words = 'write DIR/NAME/masks/NNNN.png and DIR/NAME/contact_sheet.png (found: green, true: '
+    words += 'magenta, without its ambiguous rim)'
+    add('--out', type=Path, metavar='DIR', help=words)
     add = made.add_argument_group('what each mechanism is worth').add_argument
     add(
         '--ablate',
@@ -153,7 +139,9 @@ def evaluate(options: argparse.Namespace) -> None:
         if options.write is not None:
             with_part(options.write, options.ablate, '')
     if options.json != _OUTPUT:
-        keep_others([('--json', options.json, _are_scores)], 'gait_evaluate')
+        keep_others(
+            [('--json', options.json, lambda head: bool(_SCORES.match(head)))], 'gait_evaluate'
+        )
     for path in options.sequence if options.out is not None else ():
         folder = options.out / os.path.basename(os.path.realpath(path))
         masks = [('--out', each, _is_mask) for each in sorted((folder / 'masks').glob('*.png'))]
@@ -210,10 +198,6 @@ def evaluate(options: argparse.Namespace) -> None:
         print(json.dumps(report, indent=2))
     elif options.json is not None:
         write_json(options.json, report)
-
-
-def _are_scores(head: bytes) -> bool:
-    return _SCORES.match(head) is not None
 
 
 def _is_mask(head: bytes) -> bool:

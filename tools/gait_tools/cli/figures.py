@@ -57,15 +57,9 @@ def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     made = command_parser('gait_figures', DESCRIPTION, EPILOG)
     add = made.add_argument
-    add(
-        'clip',
-        nargs='?',
-        type=Path,
-        default=Path('examples/walker'),
-        metavar='CLIP',
-        help='a sequence folder as of gait_evaluate, or a film, a folder of images or a bag '
-        '(default: %(default)s)',
-    )
+    words = 'a sequence folder as of gait_evaluate, or a film, a folder of images or a bag '
+    words += '(default: %(default)s)'
+    add('clip', nargs='?', type=Path, default=Path('examples/walker'), metavar='CLIP', help=words)
     add(
         '--box',
         nargs=4,
@@ -74,13 +68,8 @@ def parser() -> argparse.ArgumentParser:
         help='tight about the person in the first frame read, in pixels of the film; a sequence '
         'folder has one',
     )
-    add(
-        '--out',
-        type=Path,
-        default=Path('out/figures'),
-        metavar='DIR',
-        help='folder of the pictures (default: %(default)s)',
-    )
+    words = 'folder of the pictures (default: %(default)s)'
+    add('--out', type=Path, default=Path('out/figures'), metavar='DIR', help=words)
     add_config_options(made)
     add_reading_options(made, 'films: their own; folders: 30')
     return made

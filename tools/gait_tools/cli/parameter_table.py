@@ -29,16 +29,8 @@ from gait_tools.outputs import with_part
 
 NODES: dict[str, type[GaitNode]] = {
     node.name: node
-    for node in (
-        TrackerNode,
-        MatcherNode,
-        SegmenterNode,
-        LocalizerNode,
-        PipelineNode,
-    )
+    for node in (TrackerNode, MatcherNode, SegmenterNode, LocalizerNode, PipelineNode)
 }
-
-_WIDTH = 99
 
 _HEAD = """\
 # Parameters of all nodes of gait_segmentation, with their defaults.
@@ -67,7 +59,7 @@ def parameter_file() -> str:
             text += f'    {group}:\n'
             indent = '      '
         for about in parameters_of(kind):
-            for line in textwrap.wrap(_comment(about), _WIDTH - len(indent) - 2):
+            for line in textwrap.wrap(_comment(about), 97 - len(indent)):
                 text += f'{indent}# {line}\n'
             text += f'{indent}{about.name}: {_value(about.default)}\n'
     return text

@@ -26,10 +26,7 @@ from gait_segmentation.ros.messages import image_message
 from gait_segmentation.streams.fields import stamp_of
 from gait_tools.demo.nodes import ros
 
-_FLOW_OUT_S = 10
-_DISCOVERY_S = 1.0
-"""Time for the nodes to be done with finding the camera before it starts."""
-
+_DISCOVERY_S = 1.0  # time for the nodes to be done with finding the camera before it starts
 _LONGEST_GAP_S = 5.0
 """Pauses of a recording that are kept; longer ones are taken for a new recording."""
 
@@ -37,17 +34,7 @@ _LONGEST_GAP_S = 5.0
 def publish(
     film: str, stamps: str, readers: int, *, loop: bool = False, rate: float = 0.0, **reading: Any
 ) -> None:
-    """
-    Publish all frames that can be read, stamped with the time of publishing.
-
-    A camera that was held up does not catch up.
-
-    :param stamps: file for the number of each frame and its stamp in ns.
-    :param readers: subscribers that are waited for.
-    :param loop: whether to begin again at the end, for ever.
-    :param rate: frames a second; 0 as recorded.
-    :param reading: as of :func:`open_input`.
-    """
+    """Publish a film to so many readers, stamped then; numbers and stamps (ns) go to a file."""
     source = open_input(film, **reading)
     period_s = 1 / (rate or source.fps)
     node = Node('camera')
@@ -73,7 +60,7 @@ def publish(
             message.header.stamp = node.get_clock().now().to_msg()
             images.publish(message)
             file.write(f'{frame.number} {stamp_of(message.header)}\n'.encode())
-    images.wait_for_all_acked(Duration(seconds=_FLOW_OUT_S))
+    images.wait_for_all_acked(Duration(seconds=10))
 
 
 def main() -> None:

@@ -33,7 +33,6 @@ from gait_segmentation.streams.fields import slot_topics
 NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter')
 
 _GRACE_S = 5.0
-_LAST_LINES = 15
 _PR_SET_PDEATHSIG = 1
 _prctl = ctypes.CDLL(None).prctl
 
@@ -66,11 +65,9 @@ class ProcessError(GaitSegmentationError):
 
 class ProcessGroup(contextlib.AbstractContextManager['ProcessGroup']):
     """
-    Named processes whose output goes to log files.
+    Named processes whose output goes to log files; at the end all are stopped, whatever happened.
 
-    As a context manager it stops all of them at the end, whatever happened: first with SIGINT,
-    those that are still there after 5 seconds with SIGKILL.  If this process is killed itself,
-    they are, too.
+    Those that are still there 5 seconds after SIGINT get SIGKILL; all do if this process dies.
     """
 
     def __init__(self, logs: Path) -> None:
@@ -80,7 +77,6 @@ class ProcessGroup(contextlib.AbstractContextManager['ProcessGroup']):
         self._children: dict[str, subprocess.Popen[bytes]] = {}
 
     def __exit__(self, *_: object) -> None:
-        """Stop all processes."""
         self.stop()
 
     def start(self, name: str, *arguments: str) -> None:
@@ -116,7 +112,7 @@ class ProcessGroup(contextlib.AbstractContextManager['ProcessGroup']):
         """Return the number of a process."""
         return self._children[name].pid
 
-    def last_lines(self, name: str, count: int = _LAST_LINES) -> str:
+    def last_lines(self, name: str, count: int = 15) -> str:
         """Return the end of a process's output, indented."""
         text = (self._logs / f'{name}.log').read_text(encoding='utf-8', errors='replace')
         return '\n'.join(f'    {line}' for line in text.splitlines()[-count:])
@@ -136,19 +132,10 @@ class ProcessGroup(contextlib.AbstractContextManager['ProcessGroup']):
 
 
 class Listener:
-    """
-    Hears what the nodes publish, and their diagnostics, in a thread of its own.
-
-    ``arrived_s`` has the times at which frames were first answered by their stamps in ns,
-    ``status`` what the nodes last said of themselves, by name.  Both are guarded by ``lock``.
-    """
+    """Hears the nodes in a thread; ``lock`` guards ``arrived_s`` (by stamp) and ``status``."""
 
     def __init__(self, topics: Mapping[str, Any]) -> None:
-        """
-        Begin to listen; rclpy must be initialised.
-
-        :param topics: types of messages with headers, by the names of their topics.
-        """
+        """Begin to listen to topics of messages with headers; rclpy must be initialised."""
         self.lock = threading.Lock()
         self.arrived_s: dict[int, float] = {}
         self.status: dict[str, dict[str, str]] = {}

@@ -51,12 +51,7 @@ def read_stamps(path: Path) -> dict[int, int]:
 
 
 class Recording(Listener):
-    """
-    What the nodes publish of the frames of a film.
-
-    ``published`` has the stamps in ns of all frames by number, once the film was played,
-    ``arrived_s`` the times at which labels came by stamp; of ``complete`` frames all has come.
-    """
+    """What the nodes publish of the frames of a film; of ``complete`` frames all has come."""
 
     def __init__(self, people: int) -> None:
         """Begin to listen to the nodes; rclpy must be initialised."""
@@ -138,14 +133,7 @@ def play(
     detector: str = 'boxes',
     **reading: object,
 ) -> Recording:
-    """
-    Play a film to the nodes and record what they answer.
-
-    :param logs: folder for what the processes say.
-    :param box: of a person in the first frame, in the pixels played; without, people are found.
-    :param detector: value of ``detector.network``.
-    :param reading: arguments of :func:`open_input` with which the film was opened.
-    """
+    """Play an opened film to the nodes and record what they answer."""
     # As gait_segmentation.launch.py does; on a busy computer frames are to be late, not lost.
     words = ['--ros-args', '--params-file', str(preset_file(preset)), '-p', 'backlog:=90']
     words += ['-p', 'keep_images:=300', '-p', f'max_people:={people}']

@@ -33,8 +33,7 @@ from gait_tools.evaluation.session import Session
 from gait_tools.evaluation.variants import filmed
 from gait_tools.outputs import keep_others
 
-Scores = dict[str, float]
-"""J by ``NAME@BOX``, of one film run from one box."""
+Scores = dict[str, float]  # J by ``NAME@BOX``, of one film run from one box
 
 _HEAD = re.compile(rb'\{\s*"settings": \[')
 
@@ -88,11 +87,7 @@ MECHANISMS = (
 
 
 def mean_j(session: Session, config: Any, run: tuple[Sequence, int]) -> float:
-    """
-    Return the mean J of the frames of a film that show the person; of all who are labelled.
-
-    :param run: the film and the number of the box: 0 as it is given, else the seed that moves it.
-    """
+    """Return the mean J of a film, run from its box (0) or from one that the seed moves."""
     cv2.setNumThreads(1)
     sequence, number = run
     rng = np.random.default_rng(1000 + number)
@@ -122,16 +117,7 @@ def ablate(
     jobs: int = 1,
     spoilt: Iterable[str] = (),
 ) -> Iterator[str]:
-    """
-    Run all films without each mechanism; yield the lines of a Markdown table as they come.
-
-    :param config: of the pipeline, in which ``settings`` are made already.
-    :param settings: what tells these runs from others, besides what is left out.
-    :param out: folder with a file a row: J by film and box, of which none is run again.
-    :param boxes: how many boxes each film is run from, the given one first.
-    :param jobs: processes.
-    :param spoilt: those of :data:`SPOILT` that are run as well.
-    """
+    """Run all films without each mechanism; yield the lines of a Markdown table as they come."""
     places = {each.name: str(each.about.get('place', each.name)) for each in session.sequences}
     yield '| left out | what it does | films | J | difference (95 %) | verdict |\n'
     yield f'{"|---" * 6}|\n'

@@ -1,15 +1,11 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-Scores of a mask, a box and a gait phase against ground truth.
+Scores of a mask, a box and a gait phase against ground truth, as docs/evaluation.md says.
 
 The *truth* of one person is (H, W) uint8: 255 the person, 0 background, anything else ambiguous.
 *Labels* of several people are (H, W) uint8: 0 nobody, 1 to 16 one person each, anything else
-ambiguous.  Ambiguous pixels count in no score.  The *true box* is the tight box of the person.
-
-Scores other than F look at the *evaluation window*: 1.5 times the true box, its width at least
-0.6 times the box's height, clipped to the image.  A frame whose truth shows nobody is scored on
-the whole image; J and F are then 1 for an empty mask and 0 otherwise, and the box is not scored.
+ambiguous.
 """
 
 from __future__ import annotations
@@ -28,37 +24,18 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.images import Window
 from gait_segmentation.people import MOST_PEOPLE
 
-PERSON = 255
-"""Value of the person in a mask."""
-
-AMBIGUOUS = 170
-"""Value this package writes for ambiguous pixels of a mask; it reads every other value so."""
-
-UNCLEAR = 255
-"""Value this package writes for ambiguous pixels of labels."""
-
-LOST_IOU = 0.2
-"""A frame whose box overlaps the true one less than this is lost."""
-
-WINDOW = 1.5
-"""Size of the evaluation window over that of the true box."""
-
-WINDOW_ASPECT = 0.6
-"""Least width of the evaluation window over the height of the true box."""
-
-BOUNDARY_TOLERANCE = 0.008
-"""Distance at which boundaries still match, as a share of the image's diagonal (DAVIS)."""
-
-RIM_PX = 4
-"""Width of the ambiguous rim about a person that belongs to the person's box."""
+PERSON = 255  # value of the person in a mask
+AMBIGUOUS = 170  # value this package writes for ambiguous pixels of a mask; others are, too
+UNCLEAR = 255  # value this package writes for ambiguous pixels of labels
+LOST_IOU = 0.2  # a frame whose box overlaps the true one less than this is lost
+WINDOW = 1.5  # size of the evaluation window over that of the true box
+WINDOW_ASPECT = 0.6  # least width of the evaluation window over the height of the true box
+BOUNDARY_TOLERANCE = 0.008  # distance of boundaries that match, in diagonals of the image (DAVIS)
+RIM_PX = 4  # width of the ambiguous rim about a person that belongs to the person's box
 
 
 class BoxScore(NamedTuple):
-    """
-    How a box lies on the true one; both are NaN if the truth shows nobody.
-
-    ``iou`` is in 0..1, 0 without a box, ``centre_error`` in heights of the true box, NaN without.
-    """
+    """IoU with the true box, and distance of the centres in its heights; NaN where undefined."""
 
     iou: float
     centre_error: float
@@ -66,14 +43,7 @@ class BoxScore(NamedTuple):
 
 @dataclass(frozen=True)
 class FrameScore:
-    """
-    Scores of one frame.
-
-    ``j`` and ``f`` in 0..1, the error rates in percent of the pixels in the window and in the
-    image.  ``visible`` is the box about what is seen of the person, ``tracked`` that of the whole
-    body, which the matcher starts from, ``placed`` the same where the path has it, and ``matched``
-    the refined one.
-    """
+    """Scores in 0..1, errors in percent, and boxes: seen, whole body, refined, on the path."""
 
     j: float
     f: float
@@ -111,12 +81,7 @@ def true_box(truth: NDArray[np.uint8]) -> Box | None:
 
 
 def start_box(truth: NDArray[np.uint8]) -> Box | None:
-    """
-    Return the box a user would draw: tight about the person with its ambiguous rim.
-
-    The rim is the pixels that are not background at most :data:`RIM_PX` from the person;
-    other ambiguous parts of the image (a second person, a bag on the floor) do not count.
-    """
+    """Return the box a user would draw: tight about the person with the ambiguous rim."""
     person = (truth == PERSON).astype(np.uint8)
     near = cv2.dilate(person, np.ones((2 * RIM_PX + 1, 2 * RIM_PX + 1), np.uint8))
     return Box.around((near > 0) & (truth != 0))
@@ -171,14 +136,7 @@ def error_percent(mask: NDArray[np.uint8], truth: NDArray[np.uint8]) -> float:
 def boundary_f(
     mask: NDArray[np.uint8], truth: NDArray[np.uint8], tolerance: int | None = None
 ) -> float:
-    """
-    Return the boundary measure F of DAVIS (Perazzi et al., CVPR 2016) on the whole image.
-
-    A boundary pixel matches if the other boundary comes within ``tolerance`` pixels; F is the
-    harmonic mean of the shares that match.  Ambiguous pixels are set to background in both.
-
-    :param tolerance: pixels; 0.8 % of the image's diagonal, rounded up, if None.
-    """
+    """Return the boundary measure F of DAVIS (Perazzi et al., CVPR 2016) on the whole image."""
     if tolerance is None:
         tolerance = math.ceil(BOUNDARY_TOLERANCE * math.hypot(*truth.shape))
     ambiguous = (truth != PERSON) & (truth != 0)
@@ -187,7 +145,8 @@ def boundary_f(
     n_found, n_true = _count(found), _count(true)
     if n_found == 0 or n_true == 0:
         return 1.0 if n_found == n_true else 0.0
-    disk = _disk(tolerance)
+    rows, columns = np.mgrid[-tolerance : tolerance + 1, -tolerance : tolerance + 1]
+    disk = (rows**2 + columns**2 <= tolerance**2).astype(np.uint8)
     precision = _count(found & cv2.dilate(true, disk)) / n_found
     recall = _count(true & cv2.dilate(found, disk)) / n_true
     total = precision + recall
@@ -199,11 +158,6 @@ def _boundary(inside: NDArray[np.bool_]) -> NDArray[np.uint8]:
     padded = np.pad(inside, ((0, 1), (0, 1)), mode='edge')
     east, south, diagonal = padded[:-1, 1:], padded[1:, :-1], padded[1:, 1:]
     return ((inside ^ east) | (inside ^ south) | (inside ^ diagonal)).astype(np.uint8)
-
-
-def _disk(radius: int) -> NDArray[np.uint8]:
-    rows, columns = np.mgrid[-radius : radius + 1, -radius : radius + 1]
-    return (rows**2 + columns**2 <= radius**2).astype(np.uint8)
 
 
 def score_box(box: Box | None, expected: Box | None) -> BoxScore:
@@ -223,27 +177,17 @@ def score_frame(
     matched: Box | None = None,
     placed: Box | None = None,
 ) -> FrameScore:
-    """
-    Score one frame.
-
-    :param mask: (H, W) uint8, person where it is not 0.
-    :param box: the box about what is seen, in pixels of the mask, None if nobody is tracked.
-    :param truth: of the shape of the mask.
-    :param body: the box of the whole body likewise; what is outside of the image does not count.
-    :param matched: the refined box, in the image.
-    :param placed: the tracked box as the path moves and scales it.
-    """
-    window = evaluation_window(truth)
-    expected = true_box(truth)
+    """Score a mask, the visible box, that of the whole body, the refined and the placed one."""
+    window, expected, size = evaluation_window(truth), true_box(truth), truth.shape[1::-1]
     return FrameScore(
         j=jaccard(mask[window], truth[window]),
         f=boundary_f(mask, truth),
         error_rate=error_percent(mask[window], truth[window]),
         error_rate_image=error_percent(mask, truth),
         visible=score_box(box, expected),
-        tracked=score_box(body and body.clipped(truth.shape[1], truth.shape[0]), expected),
-        matched=score_box(matched and matched.clipped(truth.shape[1], truth.shape[0]), expected),
-        placed=score_box(placed and placed.clipped(truth.shape[1], truth.shape[0]), expected),
+        tracked=score_box(body and body.clipped(*size), expected),
+        matched=score_box(matched and matched.clipped(*size), expected),
+        placed=score_box(placed and placed.clipped(*size), expected),
     )
 
 

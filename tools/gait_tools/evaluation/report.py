@@ -26,31 +26,19 @@ from gait_tools.evaluation.tracking_score import MISSING, TrackingScore
 from gait_tools.outputs import SAYS, write_picture, writing
 from gait_tools.sheets import contact_sheet, spread, tile
 
-if TYPE_CHECKING:
-    # Which takes long to load.
+if TYPE_CHECKING:  # which takes long to load
     from matplotlib.figure import Figure
 
-FOUND, TRUE = track_colour(1), (255, 90, 255)
-"""Colours of the outlines of the mask that was found, and of the true one."""
-
+FOUND, TRUE = track_colour(1), (255, 90, 255)  # colours of outlines
 STAGES = ('tracking', 'matching', 'segmentation', 'total')
-
-COLLAPSED = 0.5
-"""J below which a mask is no longer the person's."""
-
+BOXES = ('tracked', 'placed', 'matched')
+COLLAPSED = 0.5  # J below which a mask is no longer the person's
 _AVERAGED = ('J', 'F', 'collapsed', 'error_rate', 'error_rate_image', 'box_iou', 'fps')
-
 _TRACKING_SUMMED = (
-    'lost_frames',
-    'id_switches',
-    'shared_ids',
-    'false_slots',
-    'false_frames',
-    'never_locked',
-    'never_recovered',
+    *('lost_frames', 'id_switches', 'shared_ids', 'false_slots', 'false_frames'),
+    *('never_locked', 'never_recovered'),
 )
 _TRACKING_AVERAGED = ('J', 'J_one_id', 'box_iou', 'centre_error', 'mota', 'idf1')
-_TRACKING_WORST = ('lock_seconds', 'recovery_seconds')
 
 
 @dataclass
@@ -63,11 +51,7 @@ class Summary:
     seconds: list[float] = field(default_factory=list)
 
     def add(self, outcome: Outcome, labels: NDArray[np.uint8] | None) -> None:
-        """
-        Take in one frame.
-
-        :param labels: who is where, None without truth.
-        """
+        """Take in one frame."""
         if labels is not None:
             self.tracking.add(outcome.number, labels, outcome.people)
         if outcome.score is not None:
@@ -77,12 +61,7 @@ class Summary:
         self.seconds.append(outcome.seconds)
 
     def numbers(self) -> dict[str, Any]:
-        """
-        Return the scores of the sequence.
-
-        ``frames`` counts the scored ones; ``ms_per_frame`` are medians, ``fps`` is frames over
-        the whole time in the pipeline, the start included.
-        """
+        """Return the scores; ``ms_per_frame`` are medians, ``fps`` counts the start, too."""
         total = sum(self.seconds)
         return {
             'frames': len(self.scores),
@@ -96,14 +75,12 @@ class Summary:
             'box_iou': mean_known(score.visible.iou for score in self.scores),
             **{
                 name: {
-                    'box_iou': mean_known(score.iou for score in boxes),
-                    'centre_error': mean_known(score.centre_error for score in boxes),
+                    'box_iou': mean_known(getattr(each, name).iou for each in self.scores),
+                    'centre_error': mean_known(
+                        getattr(each, name).centre_error for each in self.scores
+                    ),
                 }
-                for name, boxes in (
-                    ('tracked', [score.tracked for score in self.scores]),
-                    ('placed', [score.placed for score in self.scores]),
-                    ('matched', [score.matched for score in self.scores]),
-                )
+                for name in BOXES
             },
             'lost_frames': sum(score.lost for score in self.scores),
             'ms_per_frame': {
@@ -127,7 +104,7 @@ def mean_of(sequences: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     }
     for name in _AVERAGED:
         mean[name] = mean_known(row[name] for row in rows)
-    for name in ('tracked', 'placed', 'matched'):
+    for name in BOXES:
         mean[name] = {
             key: mean_known(row[name][key] for row in rows) for key in ('box_iou', 'centre_error')
         }
@@ -144,7 +121,7 @@ def mean_tracking(rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     for name in _TRACKING_AVERAGED:
         if all(name in row for row in rows):
             mean[name] = mean_known(row[name] for row in rows)
-    for name in _TRACKING_WORST:
+    for name in ('lock_seconds', 'recovery_seconds'):
         times = [row[name] for row in rows if row[name] is not None]
         mean[name] = max(times, default=None)
     return mean
@@ -225,11 +202,7 @@ def tracking_table(report: Mapping[str, Any]) -> str:
 
 
 def place_table(report: Mapping[str, Any], sequences: Iterable[Sequence]) -> str:
-    """
-    Return means over places by what sequences are of, empty if none says ``place``.
-
-    :param sequences: those of the report; ``sequence.yaml`` says ``kind``, ``camera``, ``place``.
-    """
+    """Return means over places by what ``sequence.yaml`` says; empty if none says ``place``."""
     groups: dict[str, dict[str, list[dict[str, Any]]]] = {}
     for each in sequences:
         kind, camera = (str(each.about.get(key, '?')) for key in ('kind', 'camera'))
@@ -239,7 +212,7 @@ def place_table(report: Mapping[str, Any], sequences: Iterable[Sequence]) -> str
             places.setdefault(place, []).append(report['sequences'][each.name])
     if not any('place' in each.about for each in sequences):
         return ''
-    columns = ('J', 'error %', 'box IoU', 'tracked', 'placed', 'matched')
+    columns = ('J', 'error %', 'box IoU', *BOXES)
     alone = ['map J'] if 'map_J' in report['mean'] else []
     rows = [['by places', 'clips', 'places', *columns, 'collapsed %', *alone]]
     for group, places in sorted(groups.items(), key=lambda item: (item[0] == 'all', item[0])):
@@ -277,18 +250,10 @@ def write_figure(path: Path, figure: Figure) -> None:
 
 
 class SequenceOutput:
-    """
-    Writes what was found in a sequence: ``masks/NNNN.png`` and ``contact_sheet.png``.
-
-    The sheet shows 28 frames spread evenly, or all if there are fewer.
-    """
+    """Writes ``masks/NNNN.png`` and ``contact_sheet.png``, of 28 frames spread evenly."""
 
     def __init__(self, folder: Path, sequence: Sequence) -> None:
-        """
-        Begin.
-
-        :param folder: where to write, made if it is missing.
-        """
+        """Begin to write to a folder, which is made if it is missing."""
         self._folder, self._sequence = folder, sequence
         self.shown = spread(sequence.numbers)
         self._tiles: list[Image] = []

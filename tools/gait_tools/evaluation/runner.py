@@ -18,20 +18,16 @@ from gait_segmentation.stamps import HeldFrames
 from gait_tools.evaluation.metrics import FrameScore, jaccard, score_frame
 from gait_tools.evaluation.sequence import Sequence
 
-if TYPE_CHECKING:
-    # Which takes long to load.
+if TYPE_CHECKING:  # which takes long to load
     from gait_segmentation.pipeline import FrameResult, PersonResult, Pipeline
 
 
 @dataclass(frozen=True)
 class Outcome:
     """
-    What the pipeline made of one frame.
+    What the pipeline made of one frame, in the slot of greatest J (the first without truth).
 
-    ``mask`` is (H, W) uint8 0/255 and ``box`` the tracked box, both in source pixels;
-    ``timings_ms`` is by stage, ``seconds`` the duration of the call that took the frame in, and
-    ``score`` None without ground truth.  With several slots these are of the one whose mask has
-    the greatest J, of the first if there is no truth; ``people`` are all that see somebody.
+    ``seconds`` took the call that took the frame in; ``people`` are all slots that see somebody.
     """
 
     number: int
@@ -53,18 +49,7 @@ def run(
     likelihood: Callable[[int], NDArray[np.uint8]] | None = None,
     heat_map: Callable[[int], HeatMap | None] | None = None,
 ) -> Iterator[Outcome]:
-    """
-    Give frames of a sequence to a pipeline and score what comes back, frame by frame.
-
-    With a lag outcomes come later than their frames, but in order.  A frame without a result
-    counts as an empty mask and no box.
-
-    :param numbers: the frames, ascending.
-    :param starts: frame number -> boxes of people who are to be tracked from there on.
-    :param clock: seconds, for the durations.
-    :param likelihood: makes the likelihood image to use in a frame in place of the tracker's.
-    :param heat_map: makes the heat map that comes with a frame, None where there is none.
-    """
+    """Score what a pipeline makes of frames and first boxes (by frame), in their order."""
     held: HeldFrames[tuple[int, tuple[int, ...], float]] = HeldFrames()
     for number in numbers:
         for start in starts.get(number, ()):
@@ -99,12 +84,10 @@ def _outcome(
     person = result.people[0]
     if truth is not None and len(result.people) > 1:
         person = max(result.people, key=lambda each: jaccard(each.segmentation.mask, truth))
-    mask, track = person.segmentation.mask, person.track
+    mask, track, match = person.segmentation.mask, person.track, person.match
     seen = (each for each in result.people if each.track.state == TRACKED)
     people = tuple(each for each in seen if each.track.box is not None)
     score = None
     if truth is not None:
-        score = score_frame(
-            mask, track.box, truth, track.body, person.match.box, person.match.placed
-        )
+        score = score_frame(mask, track.box, truth, track.body, match.box, match.placed)
     return Outcome(number, mask, track.box, result.timings_ms, seconds, score, people)

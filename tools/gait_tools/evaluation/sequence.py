@@ -1,12 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""
-Sequences with ground truth on disk.
-
-A sequence is a folder with ``frames/NNNN.png`` (or another image format), ``masks/NNNN.png`` and
-``sequence.yaml``, and, where several people are labelled, ``labels/NNNN.png``; see
-:mod:`gait_tools.evaluation.metrics` for their values, and docs/evaluation.md for the YAML file.
-"""
+"""Sequences with ground truth on disk, as docs/evaluation.md describes them."""
 
 from __future__ import annotations
 
@@ -23,11 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError
-from gait_segmentation.files.image_files import (
-    IMAGE_SUFFIXES,
-    read_heat_map,
-    read_image,
-)
+from gait_segmentation.files.image_files import IMAGE_SUFFIXES, read_heat_map, read_image
 from gait_segmentation.files.reading import read_yaml
 from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.heat_maps import HeatMap
@@ -37,14 +27,10 @@ from gait_tools.evaluation.tracking_score import Attendance
 Frames = dict[int, Path]
 Boxes = dict[int, tuple[Box, ...]]
 
-_FIRST_STAMP_NS = 1_000_000_000
-"""Stamp of frame 0: a stamp of zero means "no stamp" to the stages."""
-
+_FIRST_STAMP_NS = 1_000_000_000  # stamp of frame 0: a stamp of zero means "no stamp" to the stages
 _RATES_HZ = (0.01, 1000.0)
-
 _NUMBER = re.compile(r'[0-9]+$')
-_TIMED = re.compile(r'([^:]+)(?::([0-9]+)(?::([1-9][0-9]*))?)?')
-"""Name of heat maps, how many frames late they come, and of which of them there is one."""
+_TIMED = re.compile(r'([^:]+)(?::([0-9]+)(?::([1-9][0-9]*))?)?')  # NAME[:LATE[:EVERY]]
 
 
 def frame_stamp_ns(place: int, fps: float) -> int:
@@ -57,10 +43,8 @@ class Sequence:
     """
     One clip with its ground truth; images are read when they are asked for.
 
-    ``about`` is the content of ``sequence.yaml``.  ``frames`` maps the frame numbers (from the
-    file names, ascending) to files, ``masks`` and ``label_files`` those that have such truth.
-    ``size`` is (width, height) of all frames.  ``given_boxes`` are those of the YAML file, by the
-    number of the frame in which they start tracks.
+    ``about`` is the content of ``sequence.yaml``, ``size`` (width, height) of all frames;
+    ``given_boxes`` are by the number of the frame in which they start tracks.
     """
 
     folder: Path
@@ -139,11 +123,7 @@ class Sequence:
         return None if path is None else read_mask(path, self.size)
 
     def labels(self, number: int) -> NDArray[np.uint8] | None:
-        """
-        Read who is where in a frame as (H, W) uint8, None if the frame has no truth.
-
-        Without labels of several people the person of the mask is 1.
-        """
+        """Read who is where, (H, W) uint8; without labels of several the person is 1."""
         if self.label_files:
             path = self.label_files.get(number)
             return None if path is None else read_mask(path, self.size)
@@ -151,11 +131,7 @@ class Sequence:
         return None if truth is None else labels_of_truth(truth)
 
     def likelihoods(self, name: str) -> Callable[[int], NDArray[np.uint8]] | None:
-        """
-        Return what reads the likelihood image of a frame, None for an empty name.
-
-        :param name: of the folder beside ``frames``.
-        """
+        """Return what reads the likelihood of a frame in a folder, None for an empty name."""
         folder = self.folder / name
         if not name:
             return None
@@ -164,12 +140,7 @@ class Sequence:
         return lambda number: read_mask(folder / f'{self.frames[number].stem}.png', self.size)
 
     def heat_maps(self, name: str) -> Callable[[int], HeatMap | None] | None:
-        """
-        Return what reads the heat map that comes with a frame, None for an empty name.
-
-        :param name: of the folder beside ``frames``; with ``NAME:3`` maps come three frames after
-            their own, with ``NAME:3:2`` besides with every second frame only.
-        """
+        """Return what reads the map that comes with a frame, of ``NAME[:LATE[:EVERY]]``."""
         if not name:
             return None
         called = _TIMED.fullmatch(name)
@@ -204,13 +175,7 @@ class Sequence:
 
     @cached_property
     def starts(self) -> Boxes:
-        """
-        Return the boxes that start tracks, by the number of their frame.
-
-        They are those of the YAML file.  If it has no ``initial_boxes``, everybody else who is
-        labelled starts from their box (with its ambiguous rim) in the first frame that shows all
-        of them.
-        """
+        """Return the given boxes and, of others who are labelled, the first whole one."""
         starts = dict(self.given_boxes)
         if not self.label_files or 'initial_boxes' in self.about:
             return starts
@@ -293,11 +258,7 @@ def _finite(value: Any) -> bool:
 
 
 def read_mask(path: Path, size: tuple[int, int]) -> NDArray[np.uint8]:
-    """
-    Read a single-channel image as (H, W) uint8, its values as they are.
-
-    :param size: the width and height it must have.
-    """
+    """Read a grey image of a size as (H, W) uint8, its values as they are."""
     mask = read_image(path, cv2.IMREAD_UNCHANGED)
     if mask.ndim == 3 and (mask[..., :1] == mask[..., 1:3]).all():
         mask = np.ascontiguousarray(mask[..., 0])

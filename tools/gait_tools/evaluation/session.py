@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence as ListLike
+from collections.abc import Callable, Iterable, Iterator, Sequence as ListLike
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -16,41 +16,25 @@ from tqdm import tqdm
 
 from gait_segmentation.config import replaced
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.geometry import Box
-from gait_tools.evaluation.metrics import (
-    PERSON,
-    evaluation_window,
-    jaccard,
-    mean_known,
-    start_box,
-)
+from gait_tools.evaluation.metrics import PERSON, evaluation_window, jaccard, mean_known, start_box
 from gait_tools.evaluation.report import SequenceOutput, Summary, mean_of
 from gait_tools.evaluation.runner import Outcome, run
 from gait_tools.evaluation.sequence import Boxes, Sequence, read_mask
 from gait_tools.evaluation.tracking_score import TrackingScore, first_frames
 
-if TYPE_CHECKING:
-    # Which takes long to load.
+if TYPE_CHECKING:  # which takes long to load
     from gait_segmentation.pipeline import Pipeline
 
 Item = TypeVar('Item')
-
+# Frames between warm starts, in what is scored of one, and that must follow for it to count.
 WARM_EVERY, WARM_FRAMES, WARM_LEAST = 10, 14, 5
-"""Frames between warm starts, in what is scored of one, and that must follow for it to count."""
-
-MAP_SLOTS = 3
-"""Slots, at least, where nobody is given but heat maps show everybody at once."""
+MAP_SLOTS = 3  # slots, at least, where nobody is given but heat maps show everybody at once
 
 
 def load_sequences(
     folders: Iterable[Path], likelihood: str = '', heat_map: str = ''
 ) -> list[Sequence]:
-    """
-    Open sequences to be scored.
-
-    :param likelihood: folder of likelihood images that each must have, if it is not empty.
-    :param heat_map: the same of heat maps.
-    """
+    """Open sequences to be scored, with likelihood images and heat maps where these are named."""
     loaded: dict[str, Sequence] = {}
     for folder in folders:
         sequence = Sequence.load(folder)
@@ -76,11 +60,7 @@ def load_sequences(
 
 
 def map_j(sequence: Sequence, name: str) -> float | None:
-    """
-    Return J of the heat maps of a sequence alone, above one half; of frames without one it is 0.
-
-    :param name: as in :meth:`Sequence.heat_maps`; how late they come does not matter.
-    """
+    """Return J of the heat maps alone, above one half; of frames without one it is 0."""
     read, scores = sequence.heat_maps(name.partition(':')[0]), []
     for number in sequence.numbers:
         truth, heat = sequence.truth(number), read and read(number)
@@ -98,15 +78,8 @@ class Session:
     """
     What stays the same while configurations are compared.
 
-    ``make_pipeline`` makes a pipeline that has seen nothing from a configuration, ``clock`` gives
-    seconds.  With ``warm`` boxes are also given to pipelines that have seen the clip from its
-    first frame on.  ``likelihood`` and ``heat_map`` are
-    as in :meth:`Sequence.likelihoods` and :meth:`Sequence.heat_maps`.
-
-    With ``auto`` no boxes are given and pipelines find people by themselves; without it they only
-    track who is given.  Pipelines of sequences with several people have a slot for each of them,
-    and with ``auto`` all have three at least.  ``fixed`` are the parameters (``stage.name``) that
-    are not changed for that.
+    With ``auto`` pipelines find people by themselves; without it they only track who is given.
+    ``fixed`` are the parameters (``stage.name``) that are not changed for the number of people.
     """
 
     sequences: ListLike[Sequence]
@@ -119,14 +92,7 @@ class Session:
     fixed: frozenset[str] = frozenset()
 
     def evaluate(self, config: Any, out: Path | None = None, name: str = '') -> dict[str, Any]:
-        """
-        Run a configuration over all sequences.
-
-        :param config: of the pipeline.
-        :param out: folder for masks and contact sheets, in a folder per sequence.
-        :param name: of the configuration, for the progress.
-        :returns: ``sequences`` (name -> numbers), ``mean``, and ``warm`` if asked for.
-        """
+        """Run a configuration over all: ``sequences``, ``mean``, and ``warm`` if asked for."""
         rows: dict[str, Any] = {}
         warm: dict[str, dict[str, float | None]] = {}
         for sequence in self.sequences:
@@ -146,11 +112,7 @@ class Session:
         return report
 
     def _run(
-        self,
-        config: Any,
-        sequence: Sequence,
-        numbers: Iterable[int],
-        starts: Mapping[int, Iterable[Box]],
+        self, config: Any, sequence: Sequence, numbers: Iterable[int], starts: Boxes
     ) -> Iterator[Outcome]:
         """Run a pipeline that has seen nothing over frames of a sequence."""
         return run(
@@ -171,11 +133,7 @@ class Session:
         out: Path | None = None,
         title: str = '',
     ) -> Summary:
-        """
-        Score a sequence started from boxes, and write its masks and contact sheet to a folder.
-
-        :param title: of the bar that shows how far it is; without it there is none.
-        """
+        """Score a sequence started from boxes; a title shows a bar, ``out`` gets pictures."""
         attendance, starts = sequence.attendance, {} if self.auto else starts
         slots = len(attendance.people) if sequence.label_files else 0
         if self.auto and self.heat_map:
@@ -193,11 +151,7 @@ class Session:
         return summary
 
     def _warm_starts(self, config: Any, sequence: Sequence) -> Iterator[list[float]]:
-        """
-        Give the true box at every tenth frame that shows a person; yield J from there on.
-
-        The pipeline has seen the frames before, and the box has the ambiguous rim.
-        """
+        """Give the true box at every tenth frame that shows a person; yield J from there on."""
         single, numbers = self._suited(config, 1, auto=False), sequence.numbers
         places = range(0, len(numbers) - WARM_LEAST, WARM_EVERY)
         for place in _shown(places, f'{sequence.name} warm', len(places)):
@@ -213,14 +167,10 @@ class Session:
 
     def _suited(self, config: Any, slots: int, *, auto: bool) -> Any:
         """Return a configuration with a number of slots (0 as it is) that starts by itself."""
-        changes: dict[tuple[str, str], Any] = {
-            ('starting', 'auto_init'): 'detector' if auto else 'none'
-        }
-        if slots > 0:
-            changes['people', 'max_people'] = slots
-        for (stage, name), value in changes.items():
-            if f'{stage}.{name}' not in self.fixed:
-                config = replaced(config, stage, name, value)
+        if 'starting.auto_init' not in self.fixed:
+            config = replaced(config, 'starting', 'auto_init', 'detector' if auto else 'none')
+        if slots > 0 and 'people.max_people' not in self.fixed:
+            config = replaced(config, 'people', 'max_people', slots)
         return config
 
 

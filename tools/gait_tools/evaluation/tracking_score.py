@@ -1,24 +1,11 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-How well people are followed: silhouettes, boxes and identities against labels of several people.
+How well people are followed: silhouettes, boxes and identities, as docs/evaluation.md says.
 
-A person counts in a frame if :meth:`Attendance.seen` and the start is past: the frame of the
-person's box, or the first that shows all of the person.
-
-*Silhouettes and boxes.*  In every frame people and tracks are paired one to one, the pair with
-the greatest J (then box IoU) first; J, box IoU and centre error are those of the pair, whatever
-its id.  For who is left over J and box IoU are 0, and there is no centre error.  ``J_one_id``
-takes for each person the one id that suits best over the whole clip.
-
-*Identities.*  Somebody is *held* by a track whose box overlaps the true box by an IoU of at least
-0.5.  As in CLEAR-MOT (Bernardin and Stiefelhagen, 2008) who is held stays with the track as long
-as that is so; others are given to free tracks by greatest overlap.  An id switch is somebody held
-by another id than the last time.
-
-*Ghosts.*  A track in a frame is false if its box overlaps nobody's by :data:`LOST_IOU` and its
-mask (its box, if the mask is empty) lies less than half in ambiguous pixels; a false slot is a
-track id that is false in all its frames.
+As in CLEAR-MOT (Bernardin and Stiefelhagen, 2008) who is held stays with the track as long as the
+boxes overlap; others are given to free tracks by greatest overlap.  A track in a frame is false if
+its box is nobody's and its mask (without one, its box) lies less than half in ambiguous pixels.
 """
 
 from __future__ import annotations
@@ -26,7 +13,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -43,33 +30,20 @@ from gait_tools.evaluation.metrics import (
     window_about,
 )
 
-if TYPE_CHECKING:
-    # Which takes long to load.
+if TYPE_CHECKING:  # which takes long to load
     from gait_segmentation.pipeline import PersonResult
 
-SAME_IOU = 0.5
-"""Two boxes that overlap at least this much are of the same person."""
-
-SEEN_SHARE = 0.25
-"""Share of somebody's greatest visible area nearby in time that counts as seen."""
-
-WHOLE_SHARE = 0.75
-"""Share of it that counts as wholly visible, if the box is clear of the border."""
-
-NEARBY_SECONDS = 1.0
-"""How far away in time the greatest visible area is looked for."""
-
+SAME_IOU = 0.5  # two boxes that overlap at least this much are of the same person
+SEEN_SHARE = 0.25  # share of somebody's greatest visible area nearby in time that counts as seen
+WHOLE_SHARE = 0.75  # share of it that counts as wholly visible, if the box is clear of the border
+NEARBY_SECONDS = 1.0  # how far away in time the greatest visible area is looked for
 MISSING = 'MOTA and IDF1 need the Python package motmetrics, which is not installed'
-
+# People and track ids of a frame, and the (people, tracks) IoU of their boxes.
 MotFrame = tuple[Sequence[int], Sequence[int], NDArray[np.float64]]
-"""People and track ids of a frame, and the (people, tracks) IoU of their boxes."""
-
-_UNCLEAR_SHARE = 0.5
-"""Share of ambiguous pixels in a mask from which on nobody knows whether it is right."""
+_UNCLEAR_SHARE = 0.5  # of a mask in ambiguous pixels: from there on, nobody knows who is right
 
 
-@dataclass(frozen=True)
-class Sighting:
+class Sighting(NamedTuple):
     """What of a person can be seen in a frame: the tight box and the number of pixels."""
 
     box: Box
@@ -77,23 +51,13 @@ class Sighting:
 
 
 class Attendance:
-    """
-    The people of a clip.
-
-    ``people`` are their labels, ascending; ``numbers`` the frames that have truth.
-    """
+    """The people of a clip: their labels, ascending, and the frames that have truth."""
 
     def __init__(
         self, frames: Iterable[tuple[int, NDArray[np.uint8]]], fps: float, size: tuple[int, int]
     ) -> None:
-        """
-        Go through the truth once.
-
-        :param frames: number and labels of the frames that have truth, ascending.
-        :param size: width and height of the frames.
-        """
-        self.fps = fps
-        self.size = size
+        """Go through the frames with truth once: number and labels, ascending."""
+        self.fps, self.size = fps, size
         self.numbers: list[int] = []
         self._sightings: dict[int, dict[int, Sighting]] = {}
         for number, labels in frames:
@@ -119,20 +83,11 @@ class Attendance:
         return {person: seen for person, seen in found.items() if seen is not None}
 
     def seen(self, person: int) -> list[int]:
-        """
-        Return the frames in which somebody is not all but hidden, ascending.
-
-        These show at least a quarter of the greatest area seen within a second.
-        """
+        """Return the frames in which somebody is not all but hidden, ascending."""
         return self._seen[person]
 
     def first_whole(self, person: int) -> int | None:
-        """
-        Return the first frame that shows all of a person, or, if none does, any of them.
-
-        That is one with at least three quarters of the greatest area seen within a second, and a
-        box that does not touch the border.
-        """
+        """Return the first frame that shows all of a person, or, if none does, any of them."""
         width, height = self.size
         seen = self._seen[person]
         for number in seen:
@@ -163,13 +118,7 @@ class Attendance:
 
 
 def first_frames(attendance: Attendance, starts: Mapping[int, Iterable[Box]]) -> dict[int, int]:
-    """
-    Return for each person the frame from which on it counts.
-
-    That is the frame of the box that starts the person, otherwise the first that shows all of it.
-
-    :param starts: frame number -> boxes that start tracks there.
-    """
+    """Return from which frame on people count: of their box, or the first whole one."""
     since: dict[int, int] = {}
     for number, boxes in sorted(starts.items()):
         for box in boxes:
@@ -185,12 +134,7 @@ def first_frames(attendance: Attendance, starts: Mapping[int, Iterable[Box]]) ->
 
 @dataclass
 class PersonScore:
-    """
-    What is known so far of a person who counts from frame ``since`` on.
-
-    ``held`` are the frames in which a track held the person, also before ``since``, and its id.
-    The other fields have an entry for every frame that counts, or sums over these frames.
-    """
+    """What is known of who counts from ``since`` on; ``held``: frames and ids, of before, too."""
 
     since: int
     j: list[float] = field(default_factory=list)
@@ -230,11 +174,7 @@ class TrackingScore:
     """Takes in what was found frame by frame and says how well people were followed."""
 
     def __init__(self, attendance: Attendance, since: Mapping[int, int]) -> None:
-        """
-        Begin.
-
-        :param since: person -> the first frame that counts, see :func:`first_frames`.
-        """
+        """Begin with the first frame that counts of each person, see :func:`first_frames`."""
         self._attendance = attendance
         self._people = {person: PersonScore(number) for person, number in since.items()}
         self._seen = {person: set(attendance.seen(person)) for person in self._people}
@@ -245,12 +185,7 @@ class TrackingScore:
         self._mot: list[MotFrame] = []
 
     def add(self, number: int, labels: NDArray[np.uint8], found: Sequence[PersonResult]) -> None:
-        """
-        Take in a frame that has truth.
-
-        :param labels: (H, W) uint8, 0 nobody, 1 to 16 people, above ambiguous.
-        :param found: who was found; all have a box.
-        """
+        """Take in the labels of a frame, and who was found; all have a box."""
         sightings = self._attendance.sightings(number)
         by_id = {each.track.track_id: each for each in found}
         boxes = {i: each.track.box for i, each in by_id.items() if each.track.box is not None}
@@ -305,23 +240,22 @@ class TrackingScore:
         shared = {i for i in self._ids if sum(i in row['ids'] for row in rows) > 1}
         recoveries = [value for row in rows for value in row['recovery_seconds']]
         locks = [row['lock_seconds'] for row in rows]
+        locked, recovered = ([v for v in each if v is not None] for each in (locks, recoveries))
         return {
             'people': people,
-            'J': mean_known(row['J'] for row in rows),
-            'J_one_id': mean_known(row['J_one_id'] for row in rows),
-            'box_iou': mean_known(row['box_iou'] for row in rows),
-            'centre_error': mean_known(row['centre_error'] for row in rows),
+            **{
+                name: mean_known(row[name] for row in rows)
+                for name in ('J', 'J_one_id', 'box_iou', 'centre_error')
+            },
             'lost_frames': sum(row['lost_frames'] for row in rows),
             'id_switches': sum(row['id_switches'] for row in rows),
             'shared_ids': len(shared),
             'false_slots': len(self._ids - self._real_ids),
             'false_frames': self._false_frames,
-            'lock_seconds': max((value for value in locks if value is not None), default=None),
-            'never_locked': sum(value is None for value in locks),
-            'recovery_seconds': max(
-                (value for value in recoveries if value is not None), default=None
-            ),
-            'never_recovered': sum(value is None for value in recoveries),
+            'lock_seconds': max(locked, default=None),
+            'never_locked': len(locks) - len(locked),
+            'recovery_seconds': max(recovered, default=None),
+            'never_recovered': len(recoveries) - len(recovered),
             **mot_scores(self._mot),
         }
 
@@ -338,11 +272,7 @@ class TrackingScore:
 
 
 def mot_scores(frames: Sequence[MotFrame]) -> dict[str, float | None]:
-    """
-    Return ``mota`` (Bernardin and Stiefelhagen 2008) and ``idf1`` (Ristani et al. 2016).
-
-    :returns: None for what is undefined because nobody is there; empty without motmetrics.
-    """
+    """Return ``mota`` (Bernardin and Stiefelhagen 2008) and ``idf1`` (Ristani et al. 2016)."""
     try:
         import motmetrics
     except ImportError:

@@ -20,12 +20,9 @@ from gait_segmentation.people import MOST_PEOPLE
 from gait_tools.evaluation.report import write_image
 from gait_tools.evaluation.sequence import Sequence
 
-MAPS_FOLDER = 'map'
-"""Folder of heat maps beside the frames."""
-
+MAPS_FOLDER = 'map'  # folder of heat maps beside the frames
+# Blur of the heat maps and side of their blocks, pixels; share of blocks that are inverted.
 SOFT, BLOCK, INVERTED = 4.0, 8, 0.1
-"""Blur of the heat maps and side of their blocks, pixels; share of blocks that are inverted."""
-
 Image = NDArray[np.uint8]
 
 
@@ -38,7 +35,7 @@ def _jpeg(image: Image, quality: int) -> Any:
     return cv2.imdecode(data, cv2.IMREAD_COLOR)
 
 
-def _grey(image: Image) -> Any:
+def _grey(image: Image, number: int) -> Any:
     return cv2.cvtColor(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), cv2.COLOR_GRAY2BGR)
 
 
@@ -56,17 +53,15 @@ CAMERAS: dict[str, Callable[[Image, int], Any]] = {
     'gain': lambda image, number: image * (1 + 0.25 * math.sin(number / 6)),
     'flicker': _banded,
     'ramp': lambda image, number: (1 - 0.25 * min(number / 12, 1)) * image,
-    'night': lambda image, number: _grey(image),
+    'night': _grey,
     'warm': lambda image, number: image * np.array([0.88, 1.0, 1.12]),
-    'grey': lambda image, number: _grey(image),
+    'grey': _grey,
     'jpeg': lambda image, number: _jpeg(image, 15),
     'noise': lambda image, number: image + _rng(number).normal(0.0, 12.0, image.shape),
     'blur': lambda image, number: cv2.GaussianBlur(image, (0, 0), 1.5),
 }
 """What becomes of a frame, given its number (of :data:`LATE` since then), by the kind's name."""
-
-LATE = ('flicker', 'ramp', 'night')
-"""Those that begin in the middle of the clip: lamps come on, a cloud comes, it gets dark."""
+LATE = ('flicker', 'ramp', 'night')  # these begin in the middle of the clip
 
 MAPS: dict[str, Callable[[Image, int], Any]] = {
     'map': lambda heat, number: heat,
@@ -101,8 +96,9 @@ class Filmed(Sequence):
 
 def filmed(sequence: Sequence, kind: str) -> Filmed:
     """Return a sequence as a camera of a kind films it."""
-    known = {each.name: getattr(sequence, each.name) for each in fields(sequence)}
-    return Filmed(**known, kind=kind)
+    return Filmed(
+        **{each.name: getattr(sequence, each.name) for each in fields(sequence)}, kind=kind
+    )
 
 
 def _heat(labels: Image, number: int) -> Image:
@@ -115,13 +111,7 @@ def _heat(labels: Image, number: int) -> Image:
 
 
 def write_variant(sequence: Sequence, kind: str, folder: Path, maps: str = '') -> str:
-    """
-    Write a harder sequence, with the truth of the one it is made of.
-
-    :param kind: one of :data:`KINDS`.
-    :param maps: folder of heat maps beside the frames of the sequence; made of its truth without.
-    :returns: which heat maps it has, as ``gait_evaluate --heat-map`` says it; empty if none.
-    """
+    """Write a harder sequence; return its maps as ``--heat-map`` says it, empty if none."""
     folder.mkdir(parents=True)
     for each in sequence.folder.iterdir():
         if each.name in ('masks', 'labels', 'sequence.yaml') or (

@@ -33,30 +33,14 @@ from gait_segmentation.matching.placements import antialiasing_side, resampled
 from gait_tools.figures.walk import Phases, Shot
 from gait_tools.sheets import contact_sheet, crop
 
-CLEAR = 30
-"""How far the likelihood of the pixel shown is from black and white, if there is such a pixel."""
-
-CELLS = 13
-"""Values in the written part of the table."""
-
-SHOWN = 5
-"""Frames side by side."""
-
-TILE = (190, 240)
-"""Width and height of a picture in pixels."""
-
-ABOUT = 1.3
-"""Height of what is shown, in those of the tallest box."""
-
-STRIP = 20
-"""Height of the strip above a picture that its words are in, in pixels."""
-
-LIKELY_COLOUR: Colour = (40, 225, 255)
-"""Of the box about what is likely where the template stands."""
-
-DASH = 4
-"""Its dashes, in pixels: what lies under it is seen between them."""
-
+CLEAR = 30  # how far the likelihood of the pixel shown is from black and white, if there is one
+CELLS = 13  # values in the written part of the table
+SHOWN = 5  # frames side by side
+TILE = (190, 240)  # width and height of a picture in pixels
+ABOUT = 1.3  # height of what is shown, in those of the tallest box
+STRIP = 20  # height of the strip above a picture that its words are in, in pixels
+LIKELY_COLOUR: Colour = (40, 225, 255)  # of the box about what is likely where the template stands
+DASH = 4  # its dashes, in pixels: what lies under it is seen between them
 LEGEND = (
     ('tracked box', TRACKED_COLOUR),
     ('refined box: the tracked one where the path places it', REFINED_COLOUR),
@@ -69,10 +53,8 @@ class PixelTable:
     """
     What matching looks up at one pixel, for the templates of one view.
 
-    ``order`` are the phases of the templates sorted by their values there, ``values`` these
-    values, (K,) uint8.  ``first`` and ``second`` are the splitting IDs of each value of the
-    likelihood, (256,) int32: how many templates are below it, and how many not above it.
-    ``likelihood`` is that on the pixel grid of the templates.
+    ``order`` are their phases sorted by their ``values`` there; ``first`` and ``second`` say of
+    each likelihood, (256,), how many templates are below it, and how many not above it.
     """
 
     likelihood: NDArray[np.uint8]
@@ -95,14 +77,7 @@ class PixelTable:
 
 
 def table_of(shot: Shot, bank: TemplateBank, config: MatchingConfig) -> PixelTable:
-    """
-    Return the table at the pixel that shows most.
-
-    If there are any, that is one of clear likelihood that has templates below, at and above it;
-    of those, the one at which the most templates of the matched view differ.
-
-    :param shot: a frame with a match.
-    """
+    """Return the table where the likelihood is clear and most templates of the view differ."""
     match, likelihood = shot.match, shot.track.likelihood
     assert match.body is not None
     body = match.body.scaled(likelihood.shape[1] / shot.given.image.shape[1])
@@ -128,12 +103,7 @@ def table_of(shot: Shot, bank: TemplateBank, config: MatchingConfig) -> PixelTab
 
 
 def draw_access_table(table: PixelTable, number: int, azimuth_degrees: float) -> Figure:
-    """
-    Draw Fig. 1: the pixel, the templates' values unsorted and sorted, and the table.
-
-    :param number: of the frame.
-    :param azimuth_degrees: of the view whose templates are compared.
-    """
+    """Draw Fig. 1: the pixel, the templates' values unsorted and sorted, and the table."""
     (first, second), count, v = table.ids, len(table.values), table.value
     figure = Figure(figsize=(11, 8), dpi=100, layout='constrained')
     axes: dict[str, Any] = figure.subplot_mosaic(
@@ -167,31 +137,26 @@ def draw_access_table(table: PixelTable, number: int, azimuth_degrees: float) ->
     _draw_row(ordered, '(b) the same, sorted by value', table.values, kinds, v)
     ordered.set_xticks(ranks, [str(phase) for phase in table.order], fontsize=7)
     ordered.set_xlabel('template (number of its phase)')
+    red: dict[str, Any] = {
+        'color': 'tab:red',
+        'va': 'center',
+        'bbox': {'color': 'white', 'pad': 1},
+    }
     for place, words, side in (
         (first, f'first ID = {first} ', 'right'),
         (second, f' second ID = {second}', 'left'),
     ):
         ordered.axvline(place - 0.5, color='tab:red', linewidth=1.5)
-        ordered.text(
-            place - 0.5,
-            275,
-            words,
-            color='tab:red',
-            ha=side,
-            va='center',
-            bbox={'color': 'white', 'pad': 1},
-        )
+        ordered.text(place - 0.5, 275, words, ha=side, **red)
     curve = axes['curve']
     curve.step(range(256), table.second, where='mid', color='black', label='second ID: g <= v')
-    curve.step(
-        range(256), table.first, '--', where='mid', color='tab:cyan', label='first ID: g < v'
-    )
+    dashed = {'color': 'tab:cyan', 'label': 'first ID: g < v'}
+    curve.step(range(256), table.first, '--', where='mid', **dashed)
     curve.axvline(v, color='tab:red', linewidth=1)
     curve.plot([v, v], [first, second], 'o', color='tab:red', ms=4)
     curve.set_title('(c) the table of this pixel: how many templates are below, and not above v')
-    curve.set(
-        xlabel='value v that the likelihood may have', ylabel='splitting IDs', xlim=(-2, 257)
-    )
+    curve.set_xlabel('value v that the likelihood may have')
+    curve.set(ylabel='splitting IDs', xlim=(-2, 257))
     curve.legend(loc='lower right')
     _draw_cells(axes['table'], table)
     return figure
@@ -233,14 +198,7 @@ def chosen(shots: Sequence[Shot], count: int = SHOWN) -> list[Shot]:
 
 
 def draw_frames(shots: Sequence[Shot], phases: int) -> Image:
-    """
-    Draw four pictures of each frame, one below the other, below a legend of the boxes.
-
-    Each has its words in a strip above, as they would hide heads.
-
-    :param shots: with a match.
-    :param phases: of the bank.
-    """
+    """Draw four pictures of each frame, one below the other, below a legend of the boxes."""
     tallest = max(_box(shot).height for shot in shots)
     rows: list[list[Image]] = [[], [], [], []]
     for shot in shots:

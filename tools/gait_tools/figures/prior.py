@@ -23,22 +23,17 @@ from gait_segmentation.segmentation.segmenter import paper_parameters, window_ab
 from gait_tools.figures.walk import Shot
 from gait_tools.vocabulary_training import word_colours
 
-WORDS = 4
-"""Words whose distance transforms are shown."""
-
-DISTANCES = 'viridis_r'
-"""Colours of distances: bright is near."""
+WORDS = 4  # words whose distance transforms are shown
+DISTANCES = 'viridis_r'  # colours of distances: bright is near
 
 
 @dataclass(frozen=True)
 class PriorSteps:
     """
-    The prior of a frame.
+    The prior in the part (h, w) of a frame in which something is to be worked out.
 
-    ``image`` is (h, w, 3) uint8 RGB, the part of the working image in which something is to be
-    worked out, ``inside`` and ``far`` (h, w) bool, ``psi`` (h, w) float32; ``body`` is in the same
-    pixels.  ``words`` (n,) are those of the outline points, ``by_word`` (K, h, w) float32 the
-    distance transforms of their points, in pixels.
+    ``words`` (n,) are those of the outline points, ``by_word`` (K, h, w) the distance transforms
+    of their points, in pixels.
     """
 
     terms: ShapeTerms
@@ -52,13 +47,7 @@ class PriorSteps:
 
 
 def steps_of(shot: Shot, config: SegmentationConfig, vocabulary: Vocabulary) -> PriorSteps | None:
-    """
-    Work out the prior of a frame, also if the segmenter uses another one.
-
-    :param shot: a frame with a match.
-    :param config: whose ``paper_...`` parameters are used.
-    :returns: the steps, None if the template has no outline.
-    """
+    """Work out the prior of a matched frame; None if the template has no outline."""
     match, source = shot.match, shot.given.image
     assert match.body is not None
     shape = match.shape_prior.shape
@@ -91,12 +80,7 @@ def steps_of(shot: Shot, config: SegmentationConfig, vocabulary: Vocabulary) -> 
 
 
 def draw_prior(steps: PriorSteps, number: int, config: SegmentationConfig) -> Figure:
-    """
-    Draw how the prior is made of a template's outline and the image.
-
-    :param number: of the frame.
-    :param config: as of :func:`steps_of`.
-    """
+    """Draw how the prior is made of a template's outline and the image."""
     terms, points, height = steps.terms, steps.terms.points, steps.body.height
     words = len(steps.by_word)
     colours = word_colours(words)[:, ::-1] / 255
@@ -106,9 +90,8 @@ def draw_prior(steps: PriorSteps, number: int, config: SegmentationConfig) -> Fi
     panels: Any = figure.subfigures(2, 3, wspace=0.03, hspace=0.03)
     largest = float(terms.distance.max()) / height
 
-    panel, axes = _panel(
-        panels[0, 0], f'1  outline of the template,\nframe {number}, by its words'
-    )
+    title = f'1  outline of the template,\nframe {number}, by its words'
+    panel, axes = _panel(panels[0, 0], title)
     axes.imshow((0.5 * steps.image + 110).astype(np.uint8))
     axes.scatter(points.columns, points.rows, s=7, color=colours[steps.words])
     dots = [_dot(colours[word], f'{word + 1}') for word in np.flatnonzero(counts)]
@@ -126,15 +109,13 @@ def draw_prior(steps: PriorSteps, number: int, config: SegmentationConfig) -> Fi
         axes.axis('off')
     panel.colorbar(shown, ax=small, label='body heights')
 
-    panel, axes = _panel(
-        panels[0, 2], '3  oriented distance: to the outline,\nmore at edges of another word'
-    )
+    title = '3  oriented distance: to the outline,\nmore at edges of another word'
+    panel, axes = _panel(panels[0, 2], title)
     shown = axes.imshow(terms.distance / height, cmap=DISTANCES, vmin=0, vmax=largest)
     panel.colorbar(shown, ax=axes, label='body heights')
 
-    panel, axes = _panel(
-        panels[1, 0], '4  is there an edge of the image (grey)\nthat confirms it?'
-    )
+    title = '4  is there an edge of the image (grey)\nthat confirms it?'
+    panel, axes = _panel(panels[1, 0], title)
     ground = np.full((*steps.inside.shape, 3), 255, np.uint8)
     ground[steps.inside] = 225
     ground[terms.gradient.edges] = 110
@@ -149,9 +130,8 @@ def draw_prior(steps: PriorSteps, number: int, config: SegmentationConfig) -> Fi
     ]
     panel.legend(handles=dots, loc='outside lower center', ncols=2, handletextpad=0.1)
 
-    panel, axes = _panel(
-        panels[1, 1], '5  psi, after local search and 4:\nalong dark lines cuts are cheap'
-    )
+    title = '5  psi, after local search and 4:\nalong dark lines cuts are cheap'
+    panel, axes = _panel(panels[1, 1], title)
     shown = axes.imshow(steps.psi, cmap='magma', vmin=0, vmax=1)
     full = f'1 = {config.paper_reach:g} body heights outside, {config.paper_depth:g} inside'
     panel.colorbar(shown, ax=axes, label=f'psi; {full}')

@@ -24,18 +24,12 @@ from gait_segmentation.results import MatchResult, TrackResult
 from gait_tools.evaluation.metrics import error_percent, evaluation_window, jaccard
 from gait_tools.evaluation.sequence import Sequence
 
-if TYPE_CHECKING:
-    # Which takes long to load.
+if TYPE_CHECKING:  # which takes long to load
     from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
 
 
 class Given(NamedTuple):
-    """
-    A frame of a clip.
-
-    ``image`` is (H, W, 3) uint8 BGR, ``truth`` (H, W) uint8 as in a sequence folder, None without;
-    ``phase`` is the true one in [0, 1), NaN if nobody knows.
-    """
+    """A frame of a clip, its true mask (None without) and phase in [0, 1) (NaN without)."""
 
     number: int
     stamp_ns: int
@@ -46,11 +40,7 @@ class Given(NamedTuple):
 
 @dataclass(frozen=True)
 class Walk:
-    """
-    A clip of one person: its name, the box in the first frame, and its frames.
-
-    ``frames`` reads them anew each time.
-    """
+    """A clip of one person, the box in the first frame, and what reads the frames anew."""
 
     name: str
     box: Box
@@ -80,15 +70,7 @@ class Shot:
 
 
 def open_walk(path: Path, box: Box | None, **reading: Any) -> Walk:
-    """
-    Open a clip.
-
-    :param path: a sequence folder, or a film, a folder of images or a bag.
-    :param box: tight about the person in the first frame read, in pixels of the clip; None takes
-        that of the sequence folder.
-    :param reading: what of a film, folder of images or bag is read, and how: as of
-        :func:`gait_segmentation.inputs.open_input`.
-    """
+    """Open a sequence folder, or what :func:`open_input` opens, which needs a box."""
     if (path / 'sequence.yaml').exists():
         if reading:
             raise ConfigError(
@@ -144,11 +126,7 @@ def figured(config: PipelineConfig) -> PipelineConfig:
 
 
 def record(pipeline: Pipeline, walk: Walk) -> list[Shot]:
-    """
-    Give a clip to a pipeline of one slot and keep what comes back of the person.
-
-    Frames in which nobody is tracked are kept, too.
-    """
+    """Give a clip to a pipeline of one slot; keep all that comes back of the person."""
     waiting: dict[int, Given] = {}
     shots: list[Shot] = []
 
@@ -170,12 +148,7 @@ def record(pipeline: Pipeline, walk: Walk) -> list[Shot]:
 
 @dataclass(frozen=True)
 class Phases:
-    """
-    Phases of the matched templates over the frames of a walk, in strides, (N,), NaN without.
-
-    ``alone`` are those of the best template of each frame, ``path`` those of the best path, and
-    ``true`` the true ones.
-    """
+    """Phases of the best templates alone, of the best path, and the true ones; NaN without."""
 
     numbers: NDArray[np.int64]
     alone: NDArray[np.float64]
@@ -189,11 +162,7 @@ class Phases:
         return 100 * float(np.mean((steps + 0.5) % 1.0 - 0.5 < -1e-6)) if len(steps) else 0.0
 
     def rms(self, phases: NDArray[np.float64]) -> float:
-        """
-        Return the error in percent of a stride, NaN if the truth is not known.
-
-        Half a stride may be off for the whole clip: in profile both halves look alike.
-        """
+        """Return the error in percent of a stride; half a stride may be off, NaN without truth."""
         off = phases - self.true
         off = off[np.isfinite(off)]
         if not len(off):
@@ -209,11 +178,7 @@ class Phases:
 
 
 def phases_of(shots: ListLike[Shot], bank: TemplateBank, config: MatchingConfig) -> Phases:
-    """
-    Match each frame of a walk by itself, too, with the same boxes and likelihoods.
-
-    :param shots: of the walk.
-    """
+    """Match each frame of a walk by itself, too, with the same boxes and likelihoods."""
     matcher, alone = SequenceMatcher(bank, replace(config, lag=0)), []
     for shot in shots:
         track, shape = shot.track, shot.given.image.shape
@@ -236,12 +201,7 @@ def phases_of(shots: ListLike[Shot], bank: TemplateBank, config: MatchingConfig)
 
 
 def mean_scores(shots: ListLike[Shot]) -> tuple[int, float, float] | None:
-    """
-    Score the frames with truth, as the paper's Table 1 does.
-
-    :returns: their number, the mean of the wrong pixels in percent of the window, and the mean
-        intersection over union, None if there are none.
-    """
+    """Return how many frames have truth, their mean error in percent and mean J."""
     errors, js = [], []
     for shot in shots:
         truth = shot.given.truth

@@ -17,15 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gait_segmentation.errors import BankError
-from gait_tools.gait_model.skeleton import (
-    SEGMENTS,
-    SIDES,
-    WALKER,
-    Frame,
-    Points,
-    Skeleton,
-    walk,
-)
+from gait_tools.gait_model.skeleton import SEGMENTS, SIDES, WALKER, Frame, Points, Skeleton, walk
 
 PARTS = ('head', 'torso', 'skirt', 'rucksack', 'arms', 'hands', 'legs', 'feet')
 
@@ -95,7 +87,6 @@ class Body:
     """
 
     def __init__(self) -> None:
-        """Start without anything."""
         self._centers: list[Points] = []
         self._axes: list[Points] = []
         self.pieces: list[tuple[int, ...]] = []
@@ -203,13 +194,7 @@ def _head(body: Body, pose: Skeleton, build: Build, neck: int) -> None:
 
 
 def _limb(
-    body: Body,
-    part: str,
-    ends: tuple[Points, Points],
-    frame: Frame,
-    bone: str,
-    girth: float,
-    cloth: float,
+    body: Body, part: str, ends: list[Points], frame: Frame, bone: str, girth: float, cloth: float
 ) -> list[int]:
     """Add the stations of one bone; the first is rounded."""
     start, end = ends
@@ -217,9 +202,8 @@ def _limb(
     for place, breadth, depth, shift in _SHAPE[bone]:
         center = start + place * (end - start) + shift * frame.front
         breadth, depth = girth * breadth + cloth, girth * depth + cloth
-        found.append(
-            body.ellipsoid(center, frame, breadth, depth, 0.0 if found else 0.8 * breadth)
-        )
+        length = 0.0 if found else 0.8 * breadth
+        found.append(body.ellipsoid(center, frame, breadth, depth, length))
     body.chain(part, found)
     return found
 
@@ -254,10 +238,10 @@ def _leg(body: Body, pose: Skeleton, side: str, build: Build) -> None:
     hip, knee, ankle = (pose.joints[f'{side}_{name}'] for name in ('hip', 'knee', 'ankle'))
     thigh_frame, shank_frame = pose.frames[f'{side}_thigh'], pose.frames[f'{side}_shank']
     girth, calf, cloth = build.girth, (build.girth + 1) / 2, build.leg_cloth
-    thigh = _limb(body, 'legs', (hip, knee), thigh_frame, 'thigh', girth, cloth)
+    thigh = _limb(body, 'legs', [hip, knee], thigh_frame, 'thigh', girth, cloth)
     middle = _joint(body, knee, thigh_frame, 'knee', calf, cloth)
     body.hull('legs', thigh[-1], middle)
-    shank = _limb(body, 'legs', (knee, ankle), shank_frame, 'shank', calf, cloth)
+    shank = _limb(body, 'legs', [knee, ankle], shank_frame, 'shank', calf, cloth)
     body.hull('legs', middle, shank[0])
     bone = _joint(body, ankle, shank_frame, 'ankle')
     body.hull('feet', shank[-1], bone)
@@ -269,9 +253,9 @@ def _arm(body: Body, pose: Skeleton, side: str, build: Build) -> None:
     shoulder, elbow, wrist = (joints[f'{side}_{name}'] for name in ('shoulder', 'elbow', 'wrist'))
     upper_frame, lower_frame = pose.frames[f'{side}_upper_arm'], pose.frames[f'{side}_forearm']
     girth, cloth = build.girth, build.sleeve_cloth
-    upper = _limb(body, 'arms', (shoulder, elbow), upper_frame, 'upper_arm', girth, cloth)
+    upper = _limb(body, 'arms', [shoulder, elbow], upper_frame, 'upper_arm', girth, cloth)
     middle = _joint(body, elbow, upper_frame, 'elbow', girth, cloth)
-    lower = _limb(body, 'arms', (elbow, wrist), lower_frame, 'forearm', girth, cloth)
+    lower = _limb(body, 'arms', [elbow, wrist], lower_frame, 'forearm', girth, cloth)
     body.hull('arms', upper[-1], middle)
     body.hull('arms', middle, lower[0])
     bone = _joint(body, wrist, lower_frame, 'wrist')
@@ -319,14 +303,8 @@ def _rucksack(body: Body, pose: Skeleton, build: Build) -> None:
 
 def body_at(phases: ArrayLike, build: Build) -> Body:
     """Return the body of a build, with its clothes, at (P,) phases of its walk."""
-    pose = walk(
-        phases,
-        speed=build.speed,
-        arm_swing=build.arm_swing,
-        arm_balance=build.arm_balance,
-        lean=build.lean,
-        shoe=build.shoe,
-    )
+    walking = ('speed', 'arm_swing', 'arm_balance', 'lean', 'shoe')
+    pose = walk(phases, **{name: getattr(build, name) for name in walking})
     body = Body()
     trunk = _trunk(body, pose, build)
     _head(body, pose, build, _neck(body, pose, build, trunk))

@@ -16,8 +16,7 @@ from gait_segmentation.gait_model.bank import LEAST_SIDE, TemplateBank, fine_gri
 from gait_tools.gait_model.body import named_build
 from gait_tools.gait_model.render import render_cycle
 
-DIRECTIONS = 64
-"""From the front, views must lie this close for the phases to be told apart."""
+DIRECTIONS = 64  # from the front, views must lie this close for the phases to be told apart
 
 
 @dataclass(frozen=True)
@@ -40,10 +39,7 @@ class BankSpec(StageConfig):
         0.0, 'How far the camera looks down.', unit='rad', minimum=-1.0, maximum=1.0
     )
     levels: int = parameter(
-        8,
-        'Grey levels of a template; fewer make the matching cheaper.',
-        minimum=2,
-        maximum=256,
+        8, 'Grey levels of a template; fewer make the matching cheaper.', minimum=2, maximum=256
     )
     fill: float = parameter(0.9, 'Share of the rows the body takes.', minimum=0.5, maximum=1.0)
 
@@ -62,13 +58,7 @@ class BankSpec(StageConfig):
 def build_bank(
     spec: BankSpec | None = None, progress: Callable[[], None] | None = None
 ) -> TemplateBank:
-    """
-    Draw a bank, with finer views of its walkers in 64 directions.
-
-    :param spec: what it holds; the defaults, which are the standard bank, if None.
-    :param progress: called after each sequence, of the bank and of the finer views.
-    :returns: a bank whose sequences are ordered by build, then azimuth.
-    """
+    """Draw a bank, by build, then azimuth, with finer views of its walkers in 64 directions."""
     spec = BankSpec() if spec is None else spec
     bank = draw_views(spec, progress)
     height, width = fine_grid(bank.grid)

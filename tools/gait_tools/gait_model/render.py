@@ -31,7 +31,6 @@ _SUPERSAMPLE = 4
 _CYCLE = 30  # phases over which a view is registered
 _PROBE = 160  # rows of the drawings from which the median column is taken
 _CORNERS = 96  # of an outline
-
 Array = NDArray[np.float64]
 View = tuple[float, float]
 """Azimuth, the walking direction (0 to the right in the image, pi/2 away from the camera, pi to
@@ -48,12 +47,7 @@ def view_matrix(azimuth: float, elevation: float = 0.0) -> Array:
 
 
 def project(body: Body, view: View) -> tuple[Array, Array, Array]:
-    """
-    Project all ellipsoids of a body in weak perspective.
-
-    :returns: centres (P, E, 2) and semi-axes (P, E, 2, 3) with x to the right and y down, and
-        the distances from the camera (P, E) up to a constant, all in statures.
-    """
+    """Return centres (P, E, 2), semi-axes (P, E, 2, 3) and distances (P, E) of ellipsoids."""
     matrix = view_matrix(*view)
     centers = body.centers @ matrix.T
     return centers[..., :2], matrix[:2] @ body.axes, centers[..., 2]
@@ -143,29 +137,19 @@ def draw(
     pieces: list[tuple[int, ...]],
     labels: list[int],
 ) -> NDArray[np.uint8]:
-    """
-    Paint pieces in the order given, later ones over earlier ones.
-
-    :param shape: (h, w); pixel (row, column) has its centre at (column + 0.5, row + 0.5).
-    :param centers: (E, 2) projected centres, x and y in pixels.
-    :param axes: (E, 2, 3) projected semi-axes as columns, in pixels.
-    :param pieces: the ellipsoids of every piece.
-    :param labels: the value to paint for each.
-    :returns: (h, w) uint8, 0 where nothing is.
-    """
+    """Paint hulls of ellipsoids (in pixels) with their labels, later ones over earlier ones."""
     canvas = np.zeros(shape, np.uint8)
     members = np.array([member for piece in pieces for member in piece], dtype=np.int64)
     starts = np.cumsum([0, *(len(piece) for piece in pieces)]).astype(np.int64)
-    _draw(
-        np.ascontiguousarray(centers),
-        np.ascontiguousarray(axes),
-        members,
-        starts,
-        np.array(labels, np.uint8),
-        _CORNERS,
-        canvas,
-    )
+    where, sizes = np.ascontiguousarray(centers), np.ascontiguousarray(axes)
+    _draw(where, sizes, members, starts, np.array(labels, np.uint8), _CORNERS, canvas)
     return canvas
+
+
+def median_column(mask: NDArray[np.uint8]) -> float:
+    """Return the column that halves the pixels of a mask, in between two if need be."""
+    mass = np.cumsum((mask > 0).sum(axis=0, dtype=np.float64))
+    return float(np.interp(mass[-1] / 2, mass, np.arange(1, len(mass) + 1)))
 
 
 @functools.lru_cache(maxsize=512)
@@ -177,16 +161,11 @@ def register(build: Build, view: View) -> BodyFrame:
     height = float(bottom.mean() - top.mean())
     step = height / _PROBE
     x0, y0 = float(left.min()), float(top.min())
-    shape = (
-        math.ceil((bottom.max() - y0) / step) + 1,
-        math.ceil((right.max() - x0) / step) + 1,
-    )
+    shape = (math.ceil((bottom.max() - y0) / step) + 1, math.ceil((right.max() - x0) / step) + 1)
     ones = [1] * len(body.pieces)
     medians = []
     for where, size in zip((centers - (x0, y0)) / step, axes / step, strict=True):
-        canvas = draw(shape, where, size, body.pieces, ones)
-        mass = np.cumsum(canvas.sum(axis=0, dtype=np.float64))
-        medians.append(float(np.interp(mass[-1] / 2, mass, np.arange(1, len(mass) + 1))))
+        medians.append(median_column(draw(shape, where, size, body.pieces, ones)))
     axis = x0 + step * float(np.mean(medians))
     return BodyFrame(axis, float(top.mean() + bottom.mean()) / 2, height)
 
@@ -224,10 +203,8 @@ class Drawing:
         if not 0 < fill <= 1:
             raise BankError(f'fill must be in (0, 1], got {fill!r}')
         figure, view = named_build(build), (float(azimuth), float(elevation))
-        rows, columns = grid or (
-            2 * math.ceil(height_px / fill / 2),
-            2 * math.ceil(height_px * 0.4),
-        )
+        usual = 2 * math.ceil(height_px / fill / 2), 2 * math.ceil(height_px * 0.4)
+        rows, columns = grid or usual
         place = register(figure, view)
         self._body = body_at(phases, figure)
         centers, axes, self._away = project(self._body, view)
@@ -246,24 +223,13 @@ class Drawing:
         return _coverage(canvas > 0)
 
     def parts(self, phase: int = 0) -> dict[str, NDArray[np.uint8]]:
-        """
-        Return the visible share of every part of the body, for painting clothes.
-
-        :returns: part -> (rows, columns) uint8, for all of
-            :data:`~gait_tools.gait_model.body.PARTS`; those of a pixel add up to the
-            silhouette, but for rounding.
-        """
+        """Return the visible share of each of :data:`PARTS`, which add up to the silhouette."""
         pieces, parts = self._body.pieces, self._body.parts
         depth = [float(self._away[phase, list(piece)].mean()) for piece in pieces]
         # Painter's order: the farthest piece first.
         order = np.argsort(depth, kind='stable')[::-1].tolist()
-        canvas = draw(
-            self._shape,
-            self._centers[phase],
-            self._axes[phase],
-            [pieces[k] for k in order],
-            [1 + parts[k] for k in order],
-        )
+        sorted_pieces, labels = [pieces[k] for k in order], [1 + parts[k] for k in order]
+        canvas = draw(self._shape, self._centers[phase], self._axes[phase], sorted_pieces, labels)
         return {name: _coverage(canvas == 1 + index) for index, name in enumerate(PARTS)}
 
 

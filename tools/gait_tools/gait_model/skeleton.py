@@ -22,7 +22,6 @@ from numpy.typing import ArrayLike, NDArray
 WALKER: dict[str, Any] = json.loads(
     Path(__file__).with_name('walker.json').read_text(encoding='utf-8')
 )
-"""Joint angles, lengths, shapes and builds."""
 SEGMENTS: dict[str, float] = WALKER['segments']
 _ADJUST: dict[str, float] = WALKER['adjustments']
 
@@ -32,13 +31,7 @@ Points = NDArray[np.float64]
 
 
 def speed_law(joint: str, speed: float) -> tuple[float, float]:
-    """
-    Return the gain about the mean curve and the shift of a joint at a walking speed.
-
-    :param joint: its name; joints the law says nothing about are left as they are.
-    :param speed: -2 very slow, -1 slow, 0 free, 1 fast, 2 very fast; in between is interpolated.
-    :returns: gain (no unit) and shift in radians.
-    """
+    """Return gain about the mean curve and shift (radians) of a joint at a speed, -2 to 2."""
     about = WALKER['joints'][joint]
     if 'gain' not in about:
         return 1.0, 0.0
@@ -49,16 +42,7 @@ def speed_law(joint: str, speed: float) -> tuple[float, float]:
 def joint_angle(
     joint: str, phase: ArrayLike, speed: float = 0.0, amplitude: float = 1.0
 ) -> NDArray[np.float64]:
-    """
-    Return the angle of a joint in radians.
-
-    :param joint: its name.
-    :param phase: phase of the stride in cycles, any shape, 0 = heel contact of the limb the angle
-        belongs to; only its fraction counts.
-    :param speed: see :func:`speed_law`.
-    :param amplitude: factor on the swing about the mean curve's mean.
-    :returns: float64 of the shape of ``phase``.
-    """
+    """Return the angle of a joint in radians; phase 0 is the heel contact of its limb."""
     about = WALKER['joints'][joint]
     turn = 2 * np.pi * np.asarray(phase, dtype=np.float64)
     swing = np.zeros_like(turn)
@@ -181,13 +165,7 @@ def walk(
     lean: float = 0.0,
     shoe: float = 1.0,
 ) -> Skeleton:
-    """
-    Pose the skeleton.
-
-    :param phase: (P,) phases in cycles, 0 = heel contact of the right leg.
-    :param speed: as the other parameters, see :class:`~gait_tools.gait_model.body.Build`.
-    :returns: joints and frames at the P phases.
-    """
+    """Pose the skeleton at (P,) phases in cycles, 0 = heel contact of the right leg."""
     right = np.atleast_1d(np.asarray(phase, dtype=np.float64))
     phases = {'right': right, 'left': right + 0.5}
     # Right hip forward is a turn to the left, and obliquity is right hip up.
