@@ -34,14 +34,9 @@ BANDS = 8
 BIN_VOLUME = (256 / BINS) ** 3
 """Volume of a bin: a density times this is the probability of a bin."""
 
-_LEAST_MASS = 1e-7
-"""Share of the pixels below which a colour counts as never seen."""
-
-_ENERGY_SIGMA = 0.8
-"""Of the Gaussian over which energy is gathered, in pixels."""
-
-_ENERGY_GAIN = 0.3
-"""Levels of a* or b* that a mean gradient of one level a pixel counts."""
+_LEAST_MASS = 1e-7  # share of the pixels below which a colour counts as never seen
+_ENERGY_SIGMA = 0.8  # of the Gaussian over which energy is gathered, in pixels
+_ENERGY_GAIN = 0.3  # levels of a* or b* that a mean gradient of one level a pixel counts
 
 NO_CHROMA = 128.0
 """Level of a* or b* that stands for no colour."""

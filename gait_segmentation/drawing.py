@@ -34,15 +34,9 @@ REFINED_COLOUR: Colour = (60, 230, 60)
 """Of the box that the matcher finds, as in the paper's figures."""
 
 _TEMPLATE: Colour = (255, 255, 255)
-
-_SHIFT = 4
-"""Fractional bits of the coordinates given to OpenCV's line drawing."""
-
+_SHIFT = 4  # fractional bits of the coordinates given to OpenCV's line drawing
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
-
-_LARGE = 720
-"""Longer side of an image, in pixels, above which letters and lines grow with it."""
-
+_LARGE = 720  # longer side of an image, in pixels, above which letters and lines grow with it
 _VIEWS = (
     'to the right',
     'away, right',

@@ -33,13 +33,9 @@ from gait_segmentation.errors import InputError
 
 _LARGEST_START = 4.0
 """Size of a first box, in image sizes, above which it cannot be that of a person in view."""
-
+# Least size of a box to match in pixels, and its largest size and distance in the image's longer
+# sides: beyond what a tracker makes of the smallest and the largest box to start from.
 _LEAST_MATCHED, _FARTHEST = 0.5, 8.0
-"""
-Least size of a box to match in pixels, and its largest size and distance in the image's longer
-sides: beyond what a tracker makes of the smallest and the largest box to start from.
-"""
-
 _BEYOND = 12.0
 """How much larger and farther away than its box a body may be, with any parameters of matching."""
 

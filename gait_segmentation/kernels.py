@@ -36,7 +36,6 @@ if not os.path.isabs(os.path.expanduser('~')):
 
 _declared: list[tuple[Dispatcher, str]] = []
 """Kernels, and the types of their arguments when they are called in one way."""
-
 _ready: list[tuple[Dispatcher, str]] = []
 
 

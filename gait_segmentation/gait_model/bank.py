@@ -36,8 +36,7 @@ LEAST_SIDE = 16
 """Rows and columns of the smallest grid that is drawn."""
 
 _STANDARD = Path(__file__).with_name('standard.npz')
-_FINE_ROWS = 48
-"""Outlines move by less than a row between phases, but all along their length."""
+_FINE_ROWS = 48  # outlines move by less than a row between phases, but all along their length
 _MOST_PIXELS = (2**31 - 1) // 255  # sums over a template fit 32 bits
 _VIEWS = ('templates', 'azimuth', 'builds')
 _KINDS = {

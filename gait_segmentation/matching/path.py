@@ -17,12 +17,10 @@ from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.placements import SearchRange
 from gait_segmentation.matching.viterbi import FLOOR, advance, shifted, step_back
 
-_RATE_SPAN = 0.5
-"""Seconds of path from which on its own rate is trusted."""
+_RATE_SPAN = 0.5  # seconds of path from which on its own rate is trusted
 WIDEST = math.radians(46.0)
 """Views farther apart are no neighbours, and have nothing between them."""
-_MOST_FRAMES = 64
-"""Frames of a path, however many a second there are."""
+_MOST_FRAMES = 64  # frames of a path, however many a second there are
 
 State = tuple[int, int, int, int, int]
 """Sequence, phase, scale, row and column."""

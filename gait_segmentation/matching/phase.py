@@ -76,16 +76,12 @@ class PhaseFinder:
         self.clock.correct(self._evidence.at(likelihood, known, body, around, phase, wanted))
 
 
-_FRAMES = 20
-_LONGEST_S = 0.8
-"""How many frames, and how much time, a line is drawn through."""
+_FRAMES, _LONGEST_S = 20, 0.8  # how many frames, and how much time, a line is drawn through
 _JUMP = 0.25
 """Share of the height, of the place or of the height itself, from which on a body has jumped."""
+# Time in which a motion must show to be trusted, across, down and in height: seconds that stand
+# still are added. Walkers cross the image faster than they sink or grow in it.
 _STILL = (0.04, 0.12, 0.12)
-"""
-Time in which a motion must show to be trusted, across, down and in height: seconds that stand
-still are added.  Walkers cross the image faster than they sink or grow in it.
-"""
 
 
 class SteadyBody:
@@ -187,8 +183,7 @@ class NearLeg:
         return phase
 
 
-_TOLERANCE = 0.05
-"""Strides to either side of a phase that is called right."""
+_TOLERANCE = 0.05  # strides to either side of a phase that is called right
 
 
 def phase_near(belief: NDArray[np.float64], phase: float) -> tuple[float, float]:

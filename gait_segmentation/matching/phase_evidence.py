@@ -18,8 +18,7 @@ from gait_segmentation.matching.path import WIDEST, Views
 from gait_segmentation.matching.placements import antialiasing_side, resampled
 
 _FINE_REACH = 3
-_ERROR = math.radians(7.0)
-"""By how much the view a path begins with is wrong, standard deviation."""
+_ERROR = math.radians(7.0)  # by how much the view a path begins with is wrong, standard deviation
 
 HEIGHTS = (0.975, 1.0, 1.025)
 """Factors on the height of the body that are compared."""
@@ -28,8 +27,7 @@ ROWS = (-1, 0, 1)
 Shifts down, in halves of the views' pixels, that are compared.  Of as many shifts to the right
 the best one counts.
 """
-_MARGIN = 2
-"""Samples about the grid on each side, by which it can be shifted."""
+_MARGIN = 2  # samples about the grid on each side, by which it can be shifted
 _LEAST_CONTRAST = 0.05 * 255
 """Least difference of the mean likelihoods inside and outside that tells anything."""
 _AROUND = np.ones((3, 3), np.uint8)

@@ -21,8 +21,7 @@ FLOOR = -12000
 Worst score relative to the best: nearly six times a similarity of 1.  Twice of it and what any
 transition costs below it, also a wall, still fit 16 bits.
 """
-_WALL = -FLOOR
-"""Cost of coming from beyond the border: whatever pays it falls to the floor."""
+_WALL = -FLOOR  # cost of coming from beyond the border: whatever pays it falls to the floor
 _NOWHERE = 2 * FLOOR
 """Score of body heights there are not: at the floor, also where the best score is negative."""
 

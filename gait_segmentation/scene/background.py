@@ -20,28 +20,18 @@ _SAMPLE_STEP = 3
 SURE_COUNT = 2.0
 """Times a pixel was seen to be sure what is there."""
 
+# Half the squared distance in ``sigma`` that says nothing, evidence per step, and its limit, which
+# is reached four ``sigma`` away.
 _NEUTRAL, _GAIN, _LIMIT = 4.0, 0.75, 3.0
-"""
-Half the squared distance in ``sigma`` that says nothing, evidence per step, and its limit, which
-is reached four ``sigma`` away.
-"""
-
 _WARP_DECAY = 0.98
 _LEAST_SAMPLES = 50
-
-_STEEP = 4.0
-"""Slope per pixel, in ``sigma``, from which residuals tell of a wrong place."""
-
-_NOISE_PLACE = 0.25
-"""What noise alone makes of steep pixels, in pixels."""
-
+_STEEP = 4.0  # slope per pixel, in ``sigma``, from which residuals tell of a wrong place
+_NOISE_PLACE = 0.25  # what noise alone makes of steep pixels, in pixels
 _PLACE_RATE = 0.5
 _JOLT = 0.5
 """Pixels by which a frame must be off more than those before to be a jolt: more than drift."""
-
 _OF_MEDIAN = 1.4826
 """Standard deviation of normal residuals over the median of their absolute values."""
-
 _SIGMA_START, _SIGMA_LOW, _SIGMA_HIGH = 5.0, 2.5, 14.0
 
 

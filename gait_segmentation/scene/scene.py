@@ -36,18 +36,12 @@ MOST_KEPT = 16
 MOTION_GAP = 4
 """Frames between the two that motion is seen by."""
 
-_LEAST_SHOWN = 0.1
-"""Share of the known background below which a frame shows something else."""
-
-_GAP = 3
-"""Frames between the two that tell what moves and is not learnt."""
-
+_LEAST_SHOWN = 0.1  # share of the known background below which a frame shows something else
+_GAP = 3  # frames between the two that tell what moves and is not learnt
 _LEVEL, _SPREADS = 6.0, 2.0
 """Change that is motion: grey levels, and spreads of a still pixel on top."""
-
 _FADE = 0.5
 """What is left of the count of a pixel that looks otherwise although nothing moves there."""
-
 _SIDE = 5
 """Side in pixels of the squares that changes are averaged over and that motion is widened by."""
 

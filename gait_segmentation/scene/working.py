@@ -15,11 +15,8 @@ from gait_segmentation.colour import gray_lab, is_gray
 from gait_segmentation.images import Window, shrink
 from gait_segmentation.scene.light import LEAST_RANGE, Contrast, Light
 
-_CELLS = 3
-"""Halvings that make a cell a pixel."""
-
-_ALIKE = 0.5
-"""Correlation of the cells of two pictures from which they may show the same place."""
+_CELLS = 3  # halvings that make a cell a pixel
+_ALIKE = 0.5  # correlation of the cells of two pictures from which they may show the same place
 
 
 class Pyramid:

@@ -32,16 +32,13 @@ CAPACITY = 256
 """Integer capacity of an energy of one."""
 
 _TABLE_END = 8.0
-_EXP = np.exp(-np.linspace(0, _TABLE_END, 1024, dtype=np.float32))
-"""exp(-x) for x up to its end."""
-
+_EXP = np.exp(-np.linspace(0, _TABLE_END, 1024, dtype=np.float32))  # exp(-x) for x up to its end
 _FORWARD = ((0, 1), (1, 0), (1, 1), (1, -1))
 STEPS = np.array([*_FORWARD, *((-row, -column) for row, column in _FORWARD)], np.int64)
 """(8, 2) int64, rows and columns to the neighbours of a pixel: four after it, and the opposite
 ones before it; the first two of four are straight."""
 
-_SURE, _NEAR_PX = 2.0, 2
-"""Log-odds that are sure, and how far about a pixel all must be."""
+_SURE, _NEAR_PX = 2.0, 2  # log-odds that are sure, and how far about a pixel all must be
 
 
 @dataclass(frozen=True)

@@ -16,22 +16,13 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import BANDS, ColourModel, body_rows, colour_bins
 from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
 
-_BAND_SHARE = 0.6
-"""Weight of a band and its neighbours beside the whole body."""
-
+_BAND_SHARE = 0.6  # weight of a band and its neighbours beside the whole body
 _FLOOR = 1e-4
-_KEPT = 0.9
-"""Weight of a frame over that of the one after it."""
-
-_LIMIT = 4.0
-"""Largest log-odds of a colour."""
-
-_FROM_LIKELIHOOD = 0.3
-"""Weight of the likelihood in what is learnt beside that of the cut."""
-
+_KEPT = 0.9  # weight of a frame over that of the one after it
+_LIMIT = 4.0  # largest log-odds of a colour
+_FROM_LIKELIHOOD = 0.3  # weight of the likelihood in what is learnt beside that of the cut
 _SIDE, _FILL = 96, 0.75
 """Rows and columns of the map of the body, and the share of them that its height takes."""
-
 _RATE = 0.05
 """Share of a frame in the running mean: what is likely from now on counts after fourteen frames,
 in which a wide thing that stays behind has moved on."""
