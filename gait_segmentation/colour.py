@@ -137,11 +137,7 @@ def _learn(
     used: NDArray[np.bool_],
     table: NDArray[np.float32],
 ) -> None:
-    """
-    Take in the pixels of a window and fill in the table.
-
-    :param used: (BINS^3,) bool, the bins of the histogram that are not empty: a few hundred.
-    """
+    """Take in the pixels of a window, and fill in the table of the bins ``used``."""
     newest = np.zeros_like(histogram)
     now = np.zeros_like(used)
     total = 0.0

@@ -251,12 +251,7 @@ def _check_kinds(arrays: dict[str, Any], *names: str) -> None:
 
 
 def _entries(arrays: dict[str, Any]) -> dict[str, Any]:
-    """
-    Check everything the file format promises and the bank itself does not.
-
-    :returns: the fields of a :class:`TemplateBank`.
-    :raises BankError: if it is something else.
-    """
+    """Return the fields of a bank; refuse what the file format does not promise."""
     if 'format' not in arrays or 'version' not in arrays:
         found = ', '.join(sorted(arrays)) or 'none'
         raise BankError(f'not a bank: entries format and version expected, got {found}')

@@ -215,12 +215,7 @@ class Localizer:
         pose: CameraPose,
         depth: DepthImage | None,
     ) -> Location | None:
-        """
-        Locate a person.
-
-        :returns: None if there is none.
-        :raises InputError: if it cannot be said where they are, with the reason.
-        """
+        """Locate a person, None if there is none; InputError says why it cannot be done."""
         if match.body is None or not match.track_id:
             return None
         check_body(match.body, (mask.shape[1], mask.shape[0]))
@@ -371,13 +366,7 @@ def _of_walker(
 def _fitted(
     since: Floats, places: Floats, weights: Floats, acceleration: float
 ) -> tuple[Floats, Floats]:
-    """
-    Return the velocity (2,) at the time 0 of the motion that fits places best, and its covariance.
-
-    Least squares for place, velocity and an acceleration, which is usually as large as that.
-
-    :param since: (N,) times, ``places`` (N, 2) and ``weights`` (N, 2, 2), inverse covariances.
-    """
+    """Return the velocity (2,) at time 0, fitted with an acceleration, and its covariance."""
     powers = np.column_stack([np.ones_like(since), since, since**2 / 2])
     normal = np.einsum('ni,nj,nkl->ikjl', powers, powers, weights).reshape(6, 6)
     normal[4:, 4:] += np.eye(2) / acceleration**2

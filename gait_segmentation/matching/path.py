@@ -130,11 +130,7 @@ class PathSearch:
     """
 
     def __init__(self, bank: TemplateBank, row: NDArray[np.int32], config: MatchingConfig) -> None:
-        """
-        Begin a path.
-
-        :param row: (K,) int32, where among the similarities those of a template are.
-        """
+        """Begin a path; ``row`` (K,) int32 is where the similarities of a template are."""
         self._config = config
         self._row = row
         self._near, self._near_cost = view_changes(bank, config)
@@ -252,12 +248,8 @@ class PathSearch:
         return states
 
     def _leading_template(self) -> tuple[int, int]:
-        """
-        Return sequence and phase of the leader.
-
-        The path followed so far is left only for one that leads by ``switch_margin``, so that
-        equally good half-cycle twins do not alternate.
-        """
+        """Return sequence and phase of the leader."""
+        # The path followed is left only by a margin: equally good twins are not to alternate.
         phases = self.leading.shape[1]
         best = divmod(int(self.leading.argmax()), phases)
         if self._followed is None or len(self.frames) < 2:

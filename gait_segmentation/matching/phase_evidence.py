@@ -112,11 +112,7 @@ class FineEvidence:
     """
 
     def __init__(self, views: FineViews, fill: float) -> None:
-        """
-        Keep the templates.
-
-        :param fill: share of the rows the body takes.
-        """
+        """Keep the templates, of whose rows the body takes the share ``fill``."""
         self._views, self._fill = views, fill
         self._chosen: tuple[int, ...] = ()
 
@@ -193,13 +189,7 @@ class FineEvidence:
 def _levels(
     values: Floats, seen: Floats | None, template: NDArray[np.uint8]
 ) -> tuple[float, float] | None:
-    """
-    Return the mean likelihood well inside the person and well outside, None if too alike.
-
-    At the outline the template need not fit yet.
-
-    :param values: (h, w) float32 up to 255, and ``seen`` in 0..1: what is known of each pixel.
-    """
+    """Return mean likelihoods well inside the person and well outside, None if too alike."""
     if seen is not None:
         # The values are 0 where nothing is known; where half is, they are half as large.
         values = values / np.maximum(seen, np.float32(0.25))

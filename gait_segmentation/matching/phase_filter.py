@@ -175,12 +175,7 @@ class PhaseFilter:
         return np.asarray(back / back.max())
 
     def _transition(self, passed: float) -> tuple[NDArray[np.complex128], float, float]:
-        """
-        Return what a time does to phase and rate.
-
-        :returns: how the phase of each rate moves on, (R, P / 2 + 1), as a spectrum; the share
-            that neighbouring rates exchange; and that which does not return to the prior.
-        """
+        """Return the turns of the rates (R, P / 2 + 1), share exchanged, and share not renewed."""
         turn = np.exp(-1j * np.outer(self._rates * passed, self._waves))
         share = min(0.3, 0.5 * _RATE_DIFFUSION**2 * passed / self._spacing**2)
         return np.asarray(turn), share, math.exp(-_RENEWAL * passed)

@@ -160,12 +160,7 @@ class PlacementGrid:
     """
 
     def __init__(self, grid: tuple[int, int], fill: float, config: MatchingConfig) -> None:
-        """
-        Lay out the placements.
-
-        :param grid: (H, W) of the templates.
-        :param fill: share of the rows the body takes.
-        """
+        """Lay out placements for an (H, W) grid, of whose rows a body takes the share ``fill``."""
         self.body = fill * grid[0]
         """Height of a body on the pixel grid of the templates."""
 

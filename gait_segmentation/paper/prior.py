@@ -232,11 +232,7 @@ def _stamp(
     table: NDArray[np.float32],
     squares: NDArray[np.float32],
 ) -> None:
-    """
-    Lower the squared distances about every point to those from it.
-
-    With few points and a cap this is faster than one transform of the image for each word.
-    """
+    """Lower squared distances to those from each point: sooner than a transform a word."""
     _, height, width = squares.shape
     reach = table.size // 2
     for index in range(rows.size):

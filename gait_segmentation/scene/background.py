@@ -316,14 +316,8 @@ def _sample_residuals(
     residuals: NDArray[np.float32],
     places: NDArray[np.float32],
 ) -> tuple[int, int]:
-    """
-    Put residuals of known pixels one after the other, and those of lightness over its slope.
-
-    Without branches: what does not count is written over by what comes next.
-
-    :param steep: least slope per pixel that counts.
-    :returns: how many there are of each.
-    """
+    """Collect residuals, and those of lightness over steep slopes; return how many."""
+    # Without branches: what does not count is written over by what comes next.
     found = steeps = 0
     one, least = np.float32(1), np.float32(steep * steep)
     for row in range(top, bottom, _SAMPLE_STEP):
@@ -358,11 +352,7 @@ def _weigh(
     shadow_floor: float,
     out: NDArray[np.float32],
 ) -> None:
-    """
-    Fill in log-odds that pixels are not the background, from a pixel of ``sums`` on.
-
-    Without branches, so that many pixels are done at once.
-    """
+    """Fill in log-odds of not being background, from a pixel of ``sums`` on."""
     one, zero = np.float32(1), np.float32(0)
     # Seen that often, though hidden for a time since.
     sure = np.float32(SURE_COUNT - 0.5)

@@ -208,16 +208,9 @@ def _log_ratios(known: _Floats, now: _Floats) -> _Floats:
 
 
 def _wave_in(logs: _Floats, use: NDArray[np.bool_]) -> _Wave | None:
-    """
-    Return the wave in the logs of gains down the image, None if there is none.
-
-    Lamps flicker on the left as on the right, and in waves; what does not is something else: what
-    changes on one side only leaves as much that a wave does not tell as it tells.
-
-    :param logs: (h, w), of the cells.
-    :param use: (h, w), those that tell anything.
-    """
-    # A column in the middle is on both sides, so that none is empty.
+    """Return the wave in the logs of gains (h, w) down the image, None if there is none."""
+    # Lamps flicker on the left as on the right: what changes on one side only leaves as much that
+    # a wave does not tell as it tells.  A column in the middle is on both sides: none is empty.
     middle = logs.shape[1] // 2
     medians = []
     for side in (np.s_[:, : middle + 1], np.s_[:, middle:]):

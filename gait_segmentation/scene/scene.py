@@ -241,11 +241,7 @@ class View:
         self.background.add(lab, hidden, windows)
 
     def _add_moving(self, people: NDArray[np.uint8], frame: Frame) -> None:
-        """
-        Add to people, (h, w) uint8, what else moves against the world in the windows of a frame.
-
-        Nothing is added if there is no earlier frame.
-        """
+        """Add to people, (h, w) uint8, what else moves against the world."""
         frames = list(self.frames)
         index = frames.index(frame)
         if index == 0:

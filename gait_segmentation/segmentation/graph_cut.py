@@ -274,17 +274,7 @@ def _settle(
     terminal: NDArray[np.int32],
     pairs: NDArray[np.int32],
 ) -> tuple[int, int]:
-    """
-    Settle nodes whose t-link is worth all their links to others, and list what is left.
-
-    Their labels are those of the cut; they are folded into the t-links of their neighbours, of
-    which more are settled then.
-
-    :param settled: (N + 3,) int8, for the labels +1 and -1 that are found, 0 where none is.
-    :param terminal: (N,) int32, for the t-links of the nodes left, above 0 for label 1.
-    :param pairs: (3, 4 N) int32, for the pairs of these that are linked, and their capacities.
-    :returns: how many nodes and pairs are left.
-    """
+    """Settle nodes whose t-link is worth all their links; list the nodes and pairs left."""
     count = len(logit)
     # What is fixed, and what is beyond the window, to which links are 0.
     settled[:count], settled[count], settled[count + 1], settled[count + 2] = 0, 1, -1, 1

@@ -212,11 +212,7 @@ class Segmenter:
     def _prior_terms(
         self, prior: NDArray[np.uint8], lab: NDArray[np.uint8], body: BodyFrame
     ) -> tuple[NDArray[np.float32] | None, NDArray[np.float32] | None]:
-        """
-        Return the shape prior's log-odds and what a cut costs by it, (h, w) float32.
-
-        Either is None where the prior says nothing.
-        """
+        """Return log-odds and costs of a cut by the prior, (h, w), None if it says nothing."""
         config, inside = self._config, prior > 127
         trust = 1.0
         if config.fit_low < config.fit_high:
@@ -247,11 +243,7 @@ class Segmenter:
     def _update_fit(
         self, similarity: float, labels: NDArray[np.bool_], evidence: NDArray[np.uint8]
     ) -> None:
-        """
-        Note how well the template explains a likelihood, measured by how well the mask does.
-
-        Where neither does the likelihood is poor, and the prior is all there is.
-        """
+        """Note how well the template explains a likelihood, over how well the mask does."""
         inside = float(evidence[labels].sum(dtype=np.int64))
         either = 255.0 * np.count_nonzero(labels) + float(evidence.sum(dtype=np.int64)) - inside
         if inside > 0:
@@ -346,12 +338,7 @@ class PeopleSegmenter:
     def __init__(
         self, config: SegmentationConfig | None = None, *, max_people: int = 1, threads: int = 1
     ) -> None:
-        """
-        Make a segmenter for each slot.
-
-        :param max_people: number of slots.
-        :param threads: how many work at a time.
-        """
+        """Make a segmenter for each slot, of which some threads work at a time."""
         config = config or SegmentationConfig()
         self._slots = [Segmenter(config) for _ in range(max_people)]
         self._pool = TaskPool(threads)
