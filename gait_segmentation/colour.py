@@ -183,11 +183,7 @@ def _learn(
 
 
 class ColourModel:
-    """
-    Histograms of one class: probability of a joint bin in a band.
-
-    ``table`` is (BINS^3, BANDS) float32, ready for look-up, floor included.
-    """
+    """Histograms of a class; ``table`` (BINS^3, BANDS) float32 is for look-up, floor included."""
 
     def __init__(self, band_share: float, floor: float) -> None:
         """Make an empty model; every colour then has the probability ``floor``."""

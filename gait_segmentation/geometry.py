@@ -66,7 +66,6 @@ class Box:
     center_y: float = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Refuse boxes that are no boxes."""
         values = (self.x, self.y, self.width, self.height)
         if not all(map(math.isfinite, values)):
             raise InputError(f'box values must be finite numbers, got {values}')
@@ -90,11 +89,7 @@ class Box:
 
     @classmethod
     def around(cls, mask: NDArray[np.uint8] | NDArray[np.bool_]) -> Box | None:
-        """
-        Return the tight box of the non-zero pixels of a mask, None for an empty mask.
-
-        :param mask: (height, width) array of any type that has a truth value.
-        """
+        """Return the tight box of what is not zero of a (height, width) mask, None if nothing."""
         if mask.dtype != np.uint8:
             mask = (mask if mask.dtype == np.bool_ else mask != 0).view(np.uint8)
         left, top, width, height = cv2.boundingRect(mask)
@@ -127,11 +122,7 @@ class Box:
         return Box(left, top, right - left, bottom - top)
 
     def slices(self, width: int, height: int, margin: float = 0.0) -> tuple[slice, slice]:
-        """
-        Return the (row, column) slices of the pixels touched in an image of the given size.
-
-        The slices are empty if the box, grown by the margin on all sides, lies outside.
-        """
+        """Return the (row, column) slices of pixels touched, with a margin; empty outside."""
         left = min(max(math.floor(self.x - margin), 0), width)
         top = min(max(math.floor(self.y - margin), 0), height)
         right = min(max(math.ceil(self.right + margin), left), width)
@@ -183,11 +174,7 @@ class BodyFrame:
         return replace(self, center_x=self.center_x + dx, center_y=self.center_y + dy)
 
     def corners(self, width: float) -> tuple[tuple[float, float], ...]:
-        """
-        Return the rectangle along the axis, clockwise from the body's top left.
-
-        :param width: width of the rectangle in pixels, across the axis.
-        """
+        """Return the rectangle of a width along the axis, clockwise from the body's top left."""
         cos, sin = math.cos(self.angle), math.sin(self.angle)
         upright = Box(-width / 2, -self.height / 2, width, self.height)
         return tuple(
@@ -325,11 +312,7 @@ def body_window(center_x: float, center_y: float, height: float, held: Box | Non
 
 
 def reach(transform: NDArray[np.float64], width: float, height: float) -> Box:
-    """
-    Return how far a grid reaches where a 2 x 3 transform lays it.
-
-    :param width, height: of the grid, from (0, 0) on.
-    """
+    """Return how far a grid from (0, 0) on reaches where a 2 x 3 transform lays it."""
     (a, b, x), (c, d, y) = transform.tolist()
     a, b, c, d = a * width, b * height, c * width, d * height
     left, top = x + min(a, 0.0) + min(b, 0.0), y + min(c, 0.0) + min(d, 0.0)

@@ -54,11 +54,7 @@ class Stamps:
 
 
 def check_stamp(stamp_ns: int) -> None:
-    """
-    Refuse the stamp zero, which would make all frames the same.
-
-    :raises InputError: if the stamp is no integer, or not positive.
-    """
+    """Raise InputError if a stamp is no integer, or not positive, as zero is for all frames."""
     if not isinstance(stamp_ns, int | np.integer):
         # Seconds would be taken for frames at the same time, nearly.
         raise InputError(f'stamp must be whole nanoseconds, got {stamp_ns!r}')
@@ -97,7 +93,6 @@ class HeldFrames(Generic[Frame]):
     """
 
     def __init__(self) -> None:
-        """Hold nothing."""
         self._frames: deque[tuple[int | None, Frame]] = deque()
 
     def __len__(self) -> int:
@@ -109,11 +104,7 @@ class HeldFrames(Generic[Frame]):
         self._frames.append((stamp_ns, frame))
 
     def take(self, stamp_ns: int) -> Frame:
-        """
-        Return the frame of a stamp and let go of it and of all before.
-
-        :raises IndexError: if it is not held.
-        """
+        """Let go of the frame of a stamp, and all before; IndexError if it is not held."""
         held_ns, frame = self._frames.popleft()
         while held_ns != stamp_ns:
             held_ns, frame = self._frames.popleft()

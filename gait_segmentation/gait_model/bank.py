@@ -82,7 +82,6 @@ class TemplateBank:
     finer: TemplateBank | None = None
 
     def __post_init__(self) -> None:
-        """Check that the parts fit together."""
         if self.templates.ndim != 4 or self.templates.dtype != np.uint8:
             raise BankError(
                 'templates must be (sequences, phases, height, width) uint8, got '
@@ -128,11 +127,7 @@ class TemplateBank:
             raise BankError(f'{os.fspath(path)}: {error}') from error
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """
-        Write the bank to a file, replacing an old one in one step.
-
-        :raises BankError: if the file cannot be written.
-        """
+        """Replace a file in one step; BankError if it cannot be written."""
         packed = io.BytesIO()
         finer = {} if self.finer is None else self.finer._views()
         np.savez_compressed(
@@ -172,11 +167,7 @@ class TemplateBank:
 
 
 def open_bank(path: str) -> TemplateBank:
-    """
-    Return the bank of a file, the standard one for an empty path.
-
-    :raises BankError: if it cannot be read.
-    """
+    """Return the bank of a file, or for an empty path the standard one; BankError if none."""
     return TemplateBank.load(path) if path else default_bank()
 
 
@@ -197,12 +188,7 @@ def fine_grid(grid: tuple[int, int]) -> tuple[int, int]:
 
 
 def quantize(templates: NDArray[np.uint8], levels: int) -> NDArray[np.uint8]:
-    """
-    Round to evenly spaced grey levels that include 0 and 255.
-
-    :param templates: uint8 of any shape.
-    :param levels: number of levels, 2..256.
-    """
+    """Round uint8 of any shape to 2..256 evenly spaced grey levels that include 0 and 255."""
     steps = np.arange(256, dtype=np.float64) * (levels - 1) / 255
     table = np.floor(np.floor(steps + 0.5) * 255 / (levels - 1) + 0.5).astype(np.uint8)
     # NumPy's own indexing takes ten times as long.

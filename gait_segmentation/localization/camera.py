@@ -51,7 +51,6 @@ class PinholeCamera:
     distortion: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what is no camera."""
         for size, focal, middle in (
             (self.width, self.fx, self.cx),
             (self.height, self.fy, self.cy),
@@ -74,12 +73,7 @@ class PinholeCamera:
             )
 
     def check_size(self, shape: tuple[int, ...]) -> None:
-        """
-        Refuse images of another size.
-
-        :param shape: (height, width) of the image.
-        :raises InputError: if it is not the camera's.
-        """
+        """Raise InputError if (height, width) of an image is not the camera's."""
         if tuple(shape) != (self.height, self.width):
             raise InputError(
                 f'camera_info is of images of {self.width} x {self.height}, but the image has '

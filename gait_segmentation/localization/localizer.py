@@ -150,7 +150,6 @@ class Localizer:
     """Locates people frame by frame; remembers the places of each track for its velocity."""
 
     def __init__(self, config: LocalizationConfig | None = None) -> None:
-        """Begin without tracks."""
         self.config = config or LocalizationConfig()
         self.failures = 0
         """People that could not be located because of an error that nothing here provides for."""

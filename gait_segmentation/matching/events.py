@@ -60,11 +60,7 @@ class EventProgram:
 
 
 def make_program(templates: NDArray[np.uint8]) -> EventProgram:
-    """
-    Code templates as changes against their parents.
-
-    :param templates: (K, height, width) uint8.
-    """
+    """Code (K, height, width) uint8 templates as changes against their parents."""
     pixels = np.ascontiguousarray(templates.reshape(len(templates), -1))
     # Pixels that are in no template part none, and are more than half.
     used = np.flatnonzero(pixels.any(axis=0))
@@ -292,8 +288,8 @@ def _gather(plane, origins, places, offsets, lanes, matrix):  # type: ignore[no-
 
 def _make_step(lanes: int):  # type: ignore[no-untyped-def]
     """Return a function that makes the areas of a template from those of its parent."""
-    # For LLVM, in vectors of bytes: in a loop over lanes the compiler would keep sums in memory, and
-    # make the vectors as short as its widest type asks for.
+    # For LLVM, in vectors of bytes: in a loop over lanes the compiler would keep sums in memory,
+    # and make the vectors as short as its widest type asks for.
 
     def generate(context, builder, signature, values):  # type: ignore[no-untyped-def]
         index, byte, word, whole = (ir.IntType(bits) for bits in (64, 8, 16, 32))

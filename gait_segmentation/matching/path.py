@@ -33,7 +33,6 @@ class Views:
     """The sequences of each build in the order of their azimuths: a ring, anticlockwise."""
 
     def __init__(self, bank: TemplateBank) -> None:
-        """Order the sequences."""
         self.azimuths = bank.azimuth.astype(np.float64)
         self.rings: dict[str, NDArray[np.int64]] = {}
         for build in dict.fromkeys(bank.builds):
@@ -213,11 +212,7 @@ class PathSearch:
         self.leader = sequence, phase, *searched.place(lane)
 
     def follow(self) -> NDArray[np.int64]:
-        """
-        Trace the path back from the leader.
-
-        :returns: (N, 5), sequence, phase, scale, row and column of the frames, the oldest first.
-        """
+        """Trace the path back from the leader: its states, (N, 5) int64, the oldest first."""
         states = np.empty((len(self.frames), 5), np.int64)
         states[-1] = self.leader
         for index in range(len(states) - 1, 0, -1):

@@ -28,7 +28,6 @@ class PhaseFinder:
     """
 
     def __init__(self, bank: TemplateBank, config: MatchingConfig) -> None:
-        """Start without a frame."""
         self._views = fine_views(bank)
         self._evidence = FineEvidence(self._views, bank.fill)
         self._body = SteadyBody()
@@ -93,16 +92,10 @@ class SteadyBody:
     """
 
     def __init__(self) -> None:
-        """Start without a body."""
         self._last: deque[tuple[float, float, float, float]] = deque(maxlen=_FRAMES)
 
     def smooth(self, body: BodyFrame, seconds: float) -> BodyFrame:
-        """
-        Return the smoothed body.
-
-        :param body: the body of a frame.
-        :param seconds: its time, later than the last one.
-        """
+        """Return the smoothed body of a frame, whose time is later than the last one's."""
         size = math.log(body.height)
         if self._last:
             _, x, y, tall = self._last[-1]
@@ -143,7 +136,6 @@ class NearLeg:
     """
 
     def __init__(self) -> None:
-        """Start without a frame."""
         self._right: bool | None = None
         self._last: float | None = None
         self._before: tuple[float, float] | None = None

@@ -164,11 +164,7 @@ class FeatureModel:
         return min(float(np.sqrt(self._first * newest[PERSON]).sum()), 1.0)
 
     def adapt(self, newest: NDArray[np.float64]) -> None:
-        """
-        Adapt to the histograms of a frame, the person's the less the less it is as at first.
-
-        :param newest: see :func:`class_histograms`.
-        """
+        """Adapt to :func:`class_histograms`, the person's the less the less it is as at first."""
         if newest.sum(axis=1).min() <= 0:
             return
         current = newest[PERSON]
@@ -193,11 +189,7 @@ class FeatureModel:
 
 
 class FeatureSelector:
-    """
-    Learns the pool for one person and makes the likelihood of the best features.
-
-    ``features`` holds all features as they were ranked last, best first.
-    """
+    """Learns the pool for one person; its ``features`` are as ranked last, best first."""
 
     def __init__(self) -> None:
         self._models = {

@@ -135,11 +135,7 @@ class BackgroundModel:
         self.sums[where > 0] = 0
 
     def fade(self, textured: bool) -> None:
-        """
-        Go on as if all that was seen had been grey, of the same lightness.
-
-        :param textured: whether gradient energy stands for colours, which is that of the mean.
-        """
+        """Go on as if all seen had been grey, of the same lightness; ``textured`` as of images."""
         mean = np.full((*self.sums.shape[:2], 3), NO_CHROMA, np.uint8)
         mean[..., 0] = np.rint(self.mean[..., 0])
         if textured:
@@ -169,11 +165,7 @@ class BackgroundModel:
     def moved(
         self, steps: Sequence[WorldMotion], windows: Sequence[Window] | None = None
     ) -> BackgroundModel:
-        """
-        Return the model as it looks after some motions of the world; this one if it stays.
-
-        :param steps: from each frame to the next, oldest first.
-        """
+        """Return the model after motions of the world, oldest first; this one if it stays."""
         moves = sum(step.camera is not None for step in steps)
         if moves == 0:
             return self

@@ -61,7 +61,6 @@ class MotionEstimator:
     """
 
     def __init__(self) -> None:
-        """Start without a last frame."""
         self._last: Pyramid | None = None
         self._now: Pyramid | None = None
         self._corners = np.empty((0, 2), np.float32)

@@ -78,12 +78,7 @@ class Light:
         return np.exp(self._logs)
 
     def measure(self, image: NDArray[np.uint8], *, gray: bool = False) -> None:
-        """
-        Take in a frame; one in which nothing can be seen says nothing.
-
-        :param image: (h, w, 3) uint8 BGR.
-        :param gray: whether its channels are all the same.
-        """
+        """Take in a frame, (h, w, 3) uint8 BGR; ``gray`` if its channels are all the same."""
         rows, columns = (max(size // _CELL, 1) for size in image.shape[:2])
         part = image[: rows * _CELL, : columns * _CELL]
         cells = np.asarray(cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA))
@@ -95,12 +90,7 @@ class Light:
             self._now = self.undone(cells)
 
     def follow(self, motion: WorldMotion, people: NDArray[np.uint8]) -> None:
-        """
-        Remember what the newest frame shows.
-
-        :param motion: of the world since the frame before.
-        :param people: (h, w) uint8, non-zero where people or other things may move.
-        """
+        """Remember the newest frame, after a motion, but people: non-zero in (h, w) uint8."""
         if self._now is None:
             return
         now, self._now = self._now, None
@@ -168,7 +158,6 @@ class Contrast:
     """Spreads the levels of a stream as its first picture needs it, so that models stay valid."""
 
     def __init__(self) -> None:
-        """Begin without having seen a picture."""
         self._curve: NDArray[np.uint8] | None = None
         self._known = False
 

@@ -84,19 +84,10 @@ NOWHERE = Whereabouts()
 
 
 class View:
-    """
-    The scene at one scale, about the people who are tracked at it.
-
-    ``background`` is what it looks like in the newest frame.
-    """
+    """The scene at one scale, with the ``background`` as it looks in the newest frame."""
 
     def __init__(self, source: tuple[int, int], scale: float) -> None:
-        """
-        Make a view of which nothing is known.
-
-        :param source: (H, W) of the source images.
-        :param scale: from source to working pixels.
-        """
+        """Know nothing; ``source`` is (H, W) of images, ``scale`` from these to working pixels."""
         self.source, self.scale = source, scale
         self.shape = working_shape(*source, scale)
         self.background = BackgroundModel(self.shape)
@@ -161,11 +152,7 @@ class View:
         return people
 
     def expect(self, image: WorkingImage, motion: WorldMotion, where: Whereabouts) -> float | None:
-        """
-        Carry the background on to a frame, which :meth:`accept` then takes in.
-
-        :returns: the share of it that the frame shows, None if few pixels tell.
-        """
+        """Carry the background on to a frame; return the share that it shows, None if few tell."""
         windows = windows_about(() if where.everywhere else where.areas, motion, self.shape)
         background = self.background.moved([motion], windows)
         self._expected = background, windows
@@ -260,11 +247,7 @@ class View:
 
 
 class WholeView(View):
-    """
-    The scene all over the image, in which people are looked for.
-
-    Its background is moved along only when it is learnt, since each motion blurs it.
-    """
+    """The scene all over the image; its background moves only when learnt, as motion blurs it."""
 
     def __init__(self, source: tuple[int, int], scale: float) -> None:
         """Make a view of which nothing is known; see :class:`View`."""
@@ -298,11 +281,7 @@ class WholeView(View):
         return smooth
 
     def add_all(self, hidden: NDArray[np.uint8]) -> None:
-        """
-        Learn the background from the newest frame.
-
-        :param hidden: (h, w) uint8, non-zero where it cannot be seen.
-        """
+        """Learn the newest frame, but what is not zero in ``hidden``, (h, w) uint8."""
         self.background = model = self.background.moved([self._since])
         self._since, lab = WorldMotion(), self.now.image.lab
         model.measure_noise(lab, hidden, [self.all])

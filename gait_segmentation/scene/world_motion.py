@@ -33,11 +33,7 @@ class WorldMotion:
 
     @classmethod
     def over(cls, steps: Iterable[WorldMotion]) -> WorldMotion:
-        """
-        Return the motion over several frames.
-
-        :param steps: from each frame to the next, oldest first.
-        """
+        """Return the motion over several frames, from each to the next, oldest first."""
         total = None
         for step in steps:
             if step.camera is not None:

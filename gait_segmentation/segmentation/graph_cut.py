@@ -60,11 +60,7 @@ class OpenGraph:
 
 
 def open_graph(fixed: NDArray[np.int8]) -> OpenGraph:
-    """
-    Return the graph of the open pixels, without links.
-
-    :param fixed: (h, w) int8, +1 or -1 where label 1 or 0 is fixed, 0 where open.
-    """
+    """Return the graph, without links, of what is open: 0 in (h, w) int8, else +1 or -1."""
     pixels = np.empty(fixed.size - cv2.countNonZero(fixed), np.int32)
     beside = np.full((len(pixels) + 1, ARCS), len(pixels), np.int32)
     _find_open(fixed, pixels, beside)
@@ -164,11 +160,7 @@ def _weigh(
 
 
 def mean_contrast(graph: OpenGraph, image: NDArray[np.uint8]) -> float:
-    """
-    Return the mean squared contrast of the links.
-
-    :param image: (h, w, 3) uint8.
-    """
+    """Return the mean squared contrast of the links in an image, (h, w, 3) uint8."""
     links = np.empty_like(graph.links)
     image = np.ascontiguousarray(image)
     return float(_squares(image, graph.pixels, graph.beside, links))

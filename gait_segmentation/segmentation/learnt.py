@@ -32,7 +32,6 @@ class LearntColours:
     """Running histograms of surroundings and person by height on the body, over ten frames."""
 
     def __init__(self) -> None:
-        """Start without having seen anything."""
         self._models = tuple(ColourModel(_BAND_SHARE, _FLOOR) for _ in range(2))
         self._frames = 0
 
@@ -73,12 +72,7 @@ class LearntColours:
             model.accumulate(bins, rows, np.ascontiguousarray(weight, np.float32), rate)
 
     def odds(self, lab: NDArray[np.uint8], body: BodyFrame) -> NDArray[np.float32]:
-        """
-        Return the log-odds of each pixel's colour, (h, w) float32.
-
-        :param lab: (h, w, 3) uint8, the colours.
-        :param body: the body in its pixels.
-        """
+        """Return log-odds, (h, w) float32, of the colours of (h, w, 3) uint8 Lab about a body."""
         if not all(model.body_histogram().any() for model in self._models):
             return np.zeros(lab.shape[:2], np.float32)
         bins = colour_bins(lab)
@@ -96,7 +90,6 @@ class MeanLikelihood:
     """
 
     def __init__(self) -> None:
-        """Begin with zeros."""
         self._mean = np.zeros((_SIDE, _SIDE), np.float32)
 
     def at(self, body: BodyFrame, shape: tuple[int, ...]) -> NDArray[np.bool_]:
@@ -105,12 +98,7 @@ class MeanLikelihood:
         return np.asarray(cv2.warpAffine(self._mean, matrix, (shape[1], shape[0])) > 0.5)
 
     def add_frame(self, likelihood: NDArray[np.uint8], body: BodyFrame) -> None:
-        """
-        Update the mean with a frame.
-
-        :param likelihood: (h, w) uint8, 255 = surely person.
-        :param body: the body in its pixels.
-        """
+        """Update the mean with a likelihood, (h, w) uint8, and the body in its pixels."""
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         now = cv2.warpAffine(likelihood, _matrix(body), (_SIDE, _SIDE), flags=flags)
         cv2.accumulateWeighted(now / np.float32(255), self._mean, _RATE)

@@ -59,11 +59,7 @@ class Segmenter:
     """Cuts one person out of frame after frame."""
 
     def __init__(self, config: SegmentationConfig | None = None) -> None:
-        """
-        Make a segmenter that has learnt nothing.
-
-        :raises VocabularyError: if the configuration names a vocabulary that cannot be used.
-        """
+        """Have learnt nothing; VocabularyError if the vocabulary that is named cannot be used."""
         self._config = config or SegmentationConfig()
         # Also for other priors: the configuration may be exchanged, and a bad file is refused now.
         self._vocabulary = vocabulary_of(self._config)
@@ -259,11 +255,7 @@ class Segmenter:
 
 
 def vocabulary_of(config: SegmentationConfig) -> Vocabulary:
-    """
-    Return the words of the paper's prior.
-
-    :raises VocabularyError: if the configuration names a file that cannot be used.
-    """
+    """Return the words of the paper's prior; VocabularyError if its file cannot be used."""
     return Vocabulary.load(config.vocabulary) if config.vocabulary else default_vocabulary()
 
 
