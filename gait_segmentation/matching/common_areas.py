@@ -52,11 +52,7 @@ class CommonAreas(ABC):
 
     @abstractmethod
     def common_rows(
-        self,
-        images: Images,
-        searched: SearchRange,
-        matrix: Images,
-        out: NDArray[np.int32],
+        self, images: Images, searched: SearchRange, matrix: Images, out: NDArray[np.int32]
     ) -> NDArray[np.int32]:
         """
         Return C for some of the windows.
@@ -171,11 +167,7 @@ class DirectAccessTableKernel(CommonAreas):
         return np.minimum(self._split, len(self._order[0]) - self._split[:, :1])
 
     def common_rows(
-        self,
-        images: Images,
-        searched: SearchRange,
-        matrix: Images,
-        out: NDArray[np.int32],
+        self, images: Images, searched: SearchRange, matrix: Images, out: NDArray[np.int32]
     ) -> NDArray[np.int32]:
         """Add up what the tables say, pixel by pixel."""
         step = self._grid.step

@@ -200,11 +200,7 @@ class EventKernel(CommonAreas):
         return self.program.row
 
     def common_rows(
-        self,
-        images: Images,
-        searched: SearchRange,
-        matrix: Images,
-        out: NDArray[np.int32],
+        self, images: Images, searched: SearchRange, matrix: Images, out: NDArray[np.int32]
     ) -> NDArray[np.int32]:
         """Gather the windows block by block, and run the program on each."""
         program, step, shape = self.program, self._grid.step, _plane_shape(self._grid)

@@ -152,12 +152,7 @@ class PathSearch:
 
         self._traced = np.empty((0, 5), np.int64)
 
-    def step(
-        self,
-        similarity: NDArray[np.int16],
-        seconds: float,
-        searched: SearchRange,
-    ) -> None:
+    def step(self, similarity: NDArray[np.int16], seconds: float, searched: SearchRange) -> None:
         """
         Take in a frame.
 

@@ -220,16 +220,8 @@ def _paired(images: NDArray[np.uint8]) -> Floats:
 def _compare(  # type: ignore[no-untyped-def]
     templates, squares, values, seen, levels, part, wanted, weights, result
 ):
-    """
-    Put minus half the least sum of squared differences of each template into ``result``.
-
-    Not by matrix products: those of BLAS wait for each other's threads where cores are busy.
-
-    :param templates: (V, P, n) float32, and ``squares`` (V, P) the sums of their squares.
-    :param values: (S, h, w) float32, and ``seen`` likewise, or (0, h, w) if all is known.
-    :param levels: values that mean 1 and 0.
-    :param part: first row and column, and numbers of rows and columns that the templates have.
-    """
+    """Put minus half the least sums of squared differences of the templates into ``result``."""
+    # Not by matrix products: those of BLAS wait for each other's threads where cores are busy.
     top, left, height, width = part
     person, ground = np.float32(levels[0]), np.float32(levels[1])
     scale, half, all_seen = np.float32(1) / (person - ground), np.float32(0.5), len(seen) == 0

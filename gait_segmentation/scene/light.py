@@ -90,7 +90,7 @@ class Light:
             self._now = self.undone(cells)
 
     def follow(self, motion: WorldMotion, people: NDArray[np.uint8]) -> None:
-        """Remember the newest frame, after a motion, but people: non-zero in (h, w) uint8."""
+        """Remember the newest frame, moved on, but for people: non-zero in (h, w) uint8."""
         if self._now is None:
             return
         now, self._now = self._now, None
