@@ -33,7 +33,6 @@ TRACKED_COLOUR: Colour = (40, 40, 255)
 REFINED_COLOUR: Colour = (60, 230, 60)
 """Of the box that the matcher finds, as in the paper's figures."""
 
-_TEMPLATE: Colour = (255, 255, 255)
 _SHIFT = 4  # fractional bits of the coordinates given to OpenCV's line drawing
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _LARGE = 720  # longer side of an image, in pixels, above which letters and lines grow with it
@@ -104,7 +103,7 @@ def draw_match(
         if template.shape != image.shape[:2]:
             size = (image.shape[1], image.shape[0])
             template = np.asarray(cv2.resize(template, size, interpolation=cv2.INTER_LINEAR))
-        draw_outline(image, template, _TEMPLATE)
+        draw_outline(image, template, (255, 255, 255))
     if tracked is not None:
         draw_box(image, tracked, TRACKED_COLOUR, angle)
     if refined is not None:

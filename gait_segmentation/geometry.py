@@ -31,19 +31,19 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 
+# Size of a first box, in image sizes, above which it cannot be that of a person in view.
 _LARGEST_START = 4.0
-"""Size of a first box, in image sizes, above which it cannot be that of a person in view."""
 # Least size of a box to match in pixels, and its largest size and distance in the image's longer
 # sides: beyond what a tracker makes of the smallest and the largest box to start from.
 _LEAST_MATCHED, _FARTHEST = 0.5, 8.0
+# How much larger and farther away than its box a body may be, with any parameters of matching.
 _BEYOND = 12.0
-"""How much larger and farther away than its box a body may be, with any parameters of matching."""
 
 REACH = 0.12
 """How far about the outline of a person it is asked whose pixels are, in body heights."""
 
+# Reach of the window about a body, and its margin about a box held, in body heights.
 _HALF_WIDTH, _HALF_HEIGHT, _HELD_MARGIN = 0.52, 0.62, 0.12
-"""Reach of the window about a body, and its margin about a box held, in body heights."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Box:
 
     @classmethod
     def around(cls, mask: NDArray[np.uint8] | NDArray[np.bool_]) -> Box | None:
-        """Return the tight box of what is not zero of a (height, width) mask, None if nothing."""
+        """Return the tight box of what is not zero of a (height, width) mask, None if all is."""
         if mask.dtype != np.uint8:
             mask = (mask if mask.dtype == np.bool_ else mask != 0).view(np.uint8)
         left, top, width, height = cv2.boundingRect(mask)
@@ -174,7 +174,7 @@ class BodyFrame:
         return replace(self, center_x=self.center_x + dx, center_y=self.center_y + dy)
 
     def corners(self, width: float) -> tuple[tuple[float, float], ...]:
-        """Return the rectangle of a width along the axis, clockwise from the body's top left."""
+        """Return the rectangle of a width across the axis, clockwise from the body's top left."""
         cos, sin = math.cos(self.angle), math.sin(self.angle)
         upright = Box(-width / 2, -self.height / 2, width, self.height)
         return tuple(

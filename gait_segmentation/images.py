@@ -23,7 +23,7 @@ Bounds = tuple[int, int, int, int]
 
 
 def distance_from(inside: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Return the distance from a region as of :func:`signed_distance`, 0 in it, (h, w) float32."""
+    """Return distances from a region as :func:`signed_distance`, (h, w) float32, or thousands."""
     return np.asarray(cv2.distanceTransform((~inside).view(np.uint8), cv2.DIST_L2, 3))
 
 
@@ -185,7 +185,7 @@ def shrink(
 
 
 def median(values: NDArray[np.floating]) -> Any:
-    """Return that along the first axis, without NaN and not empty; sooner than NumPy's."""
+    """Return the median along the first axis, without NaN, not empty; sooner than NumPy's."""
     middle = len(values) // 2
     # Of one place only, for which NumPy has a way that is much faster than that for two.
     ordered = np.partition(values, middle, axis=0)
@@ -195,7 +195,7 @@ def median(values: NDArray[np.floating]) -> Any:
 
 
 def quantiles(values: NDArray[np.floating], shares: Sequence[float]) -> list[float]:
-    """Return those of (n,) values, not empty, by shares (0..1) that are smaller, interpolated."""
+    """Return quantiles of (n,) values, not empty, by shares (0..1) that are smaller."""
     places = (len(values) - 1) * np.array(shares)
     low, high = np.floor(places).astype(int), np.ceil(places).astype(int)
     ordered = np.partition(values, np.concatenate([low, high]))

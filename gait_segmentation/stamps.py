@@ -17,8 +17,8 @@ import numpy as np
 
 from gait_segmentation.errors import InputError
 
+# A step back that is longer is no late frame: time was set back, or a bag begins again.
 _RESET_S = 1.0
-"""A step back that is longer is no late frame: time was set back, or a bag begins again."""
 
 
 class Order(Enum):
@@ -54,7 +54,7 @@ class Stamps:
 
 
 def check_stamp(stamp_ns: int) -> None:
-    """Raise InputError if a stamp is no integer, or not positive: zero would be of all frames."""
+    """Raise InputError if a stamp is no integer, or not positive, as zero fits all frames."""
     if not isinstance(stamp_ns, int | np.integer):
         # Seconds would be taken for frames at the same time, nearly.
         raise InputError(f'stamp must be whole nanoseconds, got {stamp_ns!r}')

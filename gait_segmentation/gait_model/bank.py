@@ -35,10 +35,10 @@ FORMAT_VERSION = 2
 LEAST_SIDE = 16
 """Rows and columns of the smallest grid that is drawn."""
 
-_STANDARD = Path(__file__).with_name('standard.npz')
 _FINE_ROWS = 48  # outlines move by less than a row between phases, but all along their length
 _MOST_PIXELS = (2**31 - 1) // 255  # sums over a template fit 32 bits
 _VIEWS = ('templates', 'azimuth', 'builds')
+# Kind and number of dimensions of entries.
 _KINDS = {
     'format': ('U', 0),
     'version': ('i', 0),
@@ -46,7 +46,6 @@ _KINDS = {
     'fill': ('f', 0),
     'provenance': ('U', 0),
 }
-"""Kind and number of dimensions of entries."""
 _FINER = 'finer_'
 
 
@@ -178,7 +177,7 @@ def default_bank() -> TemplateBank:
 
     :raises BankError: if the installation is damaged.
     """
-    return TemplateBank.load(_STANDARD)
+    return TemplateBank.load(Path(__file__).with_name('standard.npz'))
 
 
 def fine_grid(grid: tuple[int, int]) -> tuple[int, int]:

@@ -20,14 +20,14 @@ DepthImage = NDArray[np.uint16] | NDArray[np.float32]
 
 _DISTORTIONS = ('', 'plumb_bob', 'rational_polynomial')
 _FOCAL = (0.01, 1000.0)  # focal lengths of any lens, in sizes of the image
+# How far the principal point of a cropped image may lie beside it, in sizes of the image.
 _ASIDE = 10.0
-"""How far the principal point of a cropped image may lie beside it, in sizes of the image."""
 _SAMPLES = 500  # pixels of a body that are used
+# How far inside the outline depth is trusted, in heights of the mask: at the edge it mixes.
 _INSIDE = 0.01
-"""How far inside the outline depth is trusted, in heights of the mask: at the edge it mixes."""
 _LEAST_VALID = 0.2  # share of the body's pixels that must have a depth
+# How far limbs reach from the body's axis: what is farther from the median is not the body.
 _REACH_M = 0.5
-"""How far limbs reach from the body's axis: what is farther from the median is not the body."""
 _MOST_HEIGHT_M, _MOST_AWAY_M = 1e4, 1e9
 
 

@@ -30,10 +30,10 @@ DEPTH, GROUND, PREDICTED = 'depth', 'ground', 'predicted'
 """Where a place comes from."""
 
 _WATCHED_S = 0.5  # time of a track, about a step, before it has a speed
+# Standard deviation that every place has at least, whatever is said to be exact.
 _LEAST_ERROR_M = 1e-3
-"""Standard deviation that every place has at least, whatever is said to be exact."""
+# Within this of straight below (or above) the camera the direction to a person is unknown.
 _BELOW = math.sin(math.radians(5))
-"""Within this of straight below (or above) the camera the direction to a person is unknown."""
 _FARTHEST_M = 1e4  # distance beyond which a place is none
 _FASTEST_M_S = 4.5  # speed above that of walkers
 _STEPS = (0.05, 0.9)  # lengths of the steps of walkers, in statures

@@ -20,10 +20,10 @@ from gait_segmentation.matching.placements import LANES, SearchRange, WindowGrid
 
 _WORD = 16  # bytes that are copied at once
 _CACHE_LINE = 64
+# Lanes in a vector of bytes; the compiler makes several of it where registers are shorter.
 _VECTOR = 64
-"""Lanes in a vector of bytes; the compiler makes several of it where registers are shorter."""
+# Lanes that are treated at a time while there are so many: what the registers hold.
 _WIDE = 2 * LANES
-"""Lanes that are treated at a time while there are so many: what the registers hold."""
 _MOST = 255  # what the events of a group change a sum by at most, which 8 bits can hold
 _MOST_OF_STEP = 32767 // _MOST  # groups that a step has at most: what 16 bits can add up
 

@@ -120,7 +120,7 @@ class _Waiting:
 
 
 class SequenceMatcher:
-    """Matches likelihoods of one person to sequences (Wang, Yagi and Makihara, ACCV 2009, 3)."""
+    """Matches one person's likelihoods to a bank (Wang, Yagi, Makihara, ACCV 2009, section 3)."""
 
     def __init__(self, bank: TemplateBank, config: MatchingConfig | None = None) -> None:
         """Prepare the templates of a bank; the parameters are the defaults if None."""

@@ -25,8 +25,8 @@ _MOST_FRAMES = 64  # frames of a path, however many a second there are
 State = tuple[int, int, int, int, int]
 """Sequence, phase, scale, row and column."""
 
+# Steps to the states before and after a state, by axis.
 _SIDES = np.stack([-np.eye(5, dtype=np.int64), np.eye(5, dtype=np.int64)])
-"""Steps to the states before and after a state, by axis."""
 
 
 class Views:

@@ -76,10 +76,10 @@ class PhaseFinder:
 
 
 _FRAMES, _LONGEST_S = 20, 0.8  # how many frames, and how much time, a line is drawn through
+# Share of the height, of the place or of the height itself, from which on a body has jumped.
 _JUMP = 0.25
-"""Share of the height, of the place or of the height itself, from which on a body has jumped."""
 # Time in which a motion must show to be trusted, across, down and in height: seconds that stand
-# still are added. Walkers cross the image faster than they sink or grow in it.
+# still are added.  Walkers cross the image faster than they sink or grow in it.
 _STILL = (0.04, 0.12, 0.12)
 
 
@@ -120,10 +120,10 @@ class SteadyBody:
         return dataclasses.replace(body, center_x=x, center_y=y, height=math.exp(tall))
 
 
+# Cosine of the azimuth above which it can be seen which leg is nearer.
 _TURNED = math.cos(math.radians(60.0))
-"""Cosine of the azimuth above which it can be seen which leg is nearer."""
+# Strides by which a phase may lie behind the last one and be taken for a stand-still.
 _WAITS = 0.25
-"""Strides by which a phase may lie behind the last one and be taken for a stand-still."""
 
 
 class NearLeg:

@@ -28,8 +28,8 @@ Shifts down, in halves of the views' pixels, that are compared.  Of as many shif
 the best one counts.
 """
 _MARGIN = 2  # samples about the grid on each side, by which it can be shifted
+# Least difference of the mean likelihoods inside and outside that tells anything.
 _LEAST_CONTRAST = 0.05 * 255
-"""Least difference of the mean likelihoods inside and outside that tells anything."""
 _AROUND = np.ones((3, 3), np.uint8)
 _ALL = 255
 

@@ -34,8 +34,8 @@ ordinary search has 147.
 """
 
 _ALL = 255
+# How far from the template the person may reach, in body heights: clothes, bags, hands.
 _REACH = 0.12
-"""How far from the template the person may reach, in body heights: clothes, bags, hands."""
 _LIKELY = 190  # likelihood from which on pixels are taken for the person's
 _LEAST = 0.02  # length of a row or column of them that is more than noise, in body heights
 _EVERY_HEIGHT = slice(None)

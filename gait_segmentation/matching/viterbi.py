@@ -22,8 +22,8 @@ Worst score relative to the best: nearly six times a similarity of 1.  Twice of 
 transition costs below it, also a wall, still fit 16 bits.
 """
 _WALL = -FLOOR  # cost of coming from beyond the border: whatever pays it falls to the floor
+# Score of body heights there are not: at the floor, also where the best score is negative.
 _NOWHERE = 2 * FLOOR
-"""Score of body heights there are not: at the floor, also where the best score is negative."""
 
 
 @kernel(

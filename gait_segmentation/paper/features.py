@@ -39,8 +39,8 @@ PERSON, SURROUNDINGS = 1, 0
 """Values of labels; any other is left out."""
 
 _DELTA = 1e-3  # least share of a bin in the ratios, d
+# Added to the variances within the classes, so that few pixels do not make a perfect feature.
 _LEAST_SPREAD = 0.05
-"""Added to the variances within the classes, so that few pixels do not make a perfect feature."""
 # Features that the likelihood is made of, and mean similarity (0..1) with the first frame's below
 # which nothing is learnt of a frame.
 _CHOSEN, _DRIFT_GATE = 3, 0.6

@@ -26,7 +26,6 @@ from gait_segmentation.kernels import kernel
 
 FORMAT = 'gait_segmentation vocabulary'
 FORMAT_VERSION = 1
-_DEFAULT_FILE = Path(__file__).with_name('vocabulary.json')
 
 
 class VocabularyError(GaitSegmentationError):
@@ -185,7 +184,7 @@ class Vocabulary:
 @functools.cache
 def default_vocabulary() -> Vocabulary:
     """Return the shipped ten words; VocabularyError if the installation is damaged."""
-    return Vocabulary.load(_DEFAULT_FILE)
+    return Vocabulary.load(Path(__file__).with_name('vocabulary.json'))
 
 
 @kernel('f4[:,::1], f4[:,:,::1], f4[:,::1], f4[::1], f4[:,::1]')

@@ -28,10 +28,10 @@ _LEAST_SAMPLES = 50
 _STEEP = 4.0  # slope per pixel, in ``sigma``, from which residuals tell of a wrong place
 _NOISE_PLACE = 0.25  # what noise alone makes of steep pixels, in pixels
 _PLACE_RATE = 0.5
+# Pixels by which a frame must be off more than those before to be a jolt: more than drift.
 _JOLT = 0.5
-"""Pixels by which a frame must be off more than those before to be a jolt: more than drift."""
+# Standard deviation of normal residuals over the median of their absolute values.
 _OF_MEDIAN = 1.4826
-"""Standard deviation of normal residuals over the median of their absolute values."""
 _SIGMA_START, _SIGMA_LOW, _SIGMA_HIGH = 5.0, 2.5, 14.0
 
 
@@ -135,7 +135,7 @@ class BackgroundModel:
         self.sums[where > 0] = 0
 
     def fade(self, textured: bool) -> None:
-        """Go on as if all seen had been grey, of the same lightness; ``textured`` as of images."""
+        """Go on as if all had been grey, as light; with ``textured`` gradients are its colours."""
         mean = np.full((*self.sums.shape[:2], 3), NO_CHROMA, np.uint8)
         mean[..., 0] = np.rint(self.mean[..., 0])
         if textured:

@@ -28,21 +28,21 @@ from gait_segmentation.scene.world_motion import WorldMotion
 LEAST_RANGE = 8
 """Grey levels between the darkest and the brightest cell below which nothing can be seen."""
 
+# Pixels across the cells that are compared, in which noise and small motions count little.
 _CELL = 8
-"""Pixels across the cells that are compared, in which noise and small motions count little."""
 _DARKEST = 12  # levels from black or white within which a cell may be clipped
 _LEAST_CELLS = 50  # cells that tell the light; fewer may be one surface, which somebody hides
+# Share of the cells that must have changed by the same factor, give or take this (as a log).
 _AGREE, _ALIKE = 0.6, 0.15
-"""Share of the cells that must have changed by the same factor, give or take this (as a log)."""
+# Least correlation of the levels of cells that show the same place, even through bands.
 _CORRELATION = 0.3
-"""Least correlation of the levels of cells that show the same place, even through bands."""
+# Change (as a log) that is left to the models: two levels of 100, as the noise they allow.
 _UNNOTICED = 0.02
-"""Change (as a log) that is left to the models: two levels of 100, as the noise they allow."""
 # Periods of flicker in the image: a shutter reads it in 10 to 30 ms, lamps flicker at 100 Hz. Less
 # than a period is not told from a shade.
 _PERIODS = np.arange(1, 3.01, 0.125)
+# Weights of blue, green and red in the brightness, as OpenCV has them.
 _GRAY = np.array([0.114, 0.587, 0.299], np.float32)
-"""Weights of blue, green and red in the brightness, as OpenCV has them."""
 _LEFT_OUT = 0.005  # share of the levels at either end that does not count
 _FULL = 128.0  # levels that a picture which needs no spreading uses at least
 _MOST = 4.0  # largest factor; beyond it noise is most of what is spread

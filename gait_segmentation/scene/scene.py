@@ -38,12 +38,12 @@ MOTION_GAP = 4
 
 _LEAST_SHOWN = 0.1  # share of the known background below which a frame shows something else
 _GAP = 3  # frames between the two that tell what moves and is not learnt
+# Change that is motion: grey levels, and spreads of a still pixel on top.
 _LEVEL, _SPREADS = 6.0, 2.0
-"""Change that is motion: grey levels, and spreads of a still pixel on top."""
+# What is left of the count of a pixel that looks otherwise although nothing moves there.
 _FADE = 0.5
-"""What is left of the count of a pixel that looks otherwise although nothing moves there."""
+# Side in pixels of the squares that changes are averaged over and that motion is widened by.
 _SIDE = 5
-"""Side in pixels of the squares that changes are averaged over and that motion is widened by."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +87,7 @@ class View:
     """The scene at one scale, with the ``background`` as it looks in the newest frame."""
 
     def __init__(self, source: tuple[int, int], scale: float) -> None:
-        """Know nothing; ``source`` is (H, W) of images, ``scale`` from these to working pixels."""
+        """Begin with nothing known of (H, W) images; ``scale`` is from these to working pixels."""
         self.source, self.scale = source, scale
         self.shape = working_shape(*source, scale)
         self.background = BackgroundModel(self.shape)

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from gait_segmentation.images import Window
 
 _STILL = np.eye(3)
+# From positions to indices of pixels, whose centres are half a pixel on, and back.
 _TO_INDEX = np.array([[1, 0, -0.5], [0, 1, -0.5], [0, 0, 1]])
 _FROM_INDEX = np.array([[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]])
-"""From positions to indices of pixels, whose centres are half a pixel on, and back."""
 _Pixel = TypeVar('_Pixel', np.uint8, np.float32)
 
 

@@ -60,7 +60,7 @@ class OpenGraph:
 
 
 def open_graph(fixed: NDArray[np.int8]) -> OpenGraph:
-    """Return the graph, without links, of what is open: 0 in (h, w) int8, else +1 or -1."""
+    """Return the graph of the open pixels: 0 in (h, w) int8; +1 or -1 where a label is fixed."""
     pixels = np.empty(fixed.size - cv2.countNonZero(fixed), np.int32)
     beside = np.full((len(pixels) + 1, ARCS), len(pixels), np.int32)
     _find_open(fixed, pixels, beside)

@@ -21,11 +21,11 @@ _FLOOR = 1e-4
 _KEPT = 0.9  # weight of a frame over that of the one after it
 _LIMIT = 4.0  # largest log-odds of a colour
 _FROM_LIKELIHOOD = 0.3  # weight of the likelihood in what is learnt beside that of the cut
+# Rows and columns of the map of the body, and the share of them that its height takes.
 _SIDE, _FILL = 96, 0.75
-"""Rows and columns of the map of the body, and the share of them that its height takes."""
+# Share of a frame in the running mean: what is likely from now on counts after fourteen frames, in
+# which a wide thing that stays behind has moved on.
 _RATE = 0.05
-"""Share of a frame in the running mean: what is likely from now on counts after fourteen frames,
-in which a wide thing that stays behind has moved on."""
 
 
 class LearntColours:

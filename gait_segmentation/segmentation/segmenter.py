@@ -40,16 +40,16 @@ from gait_segmentation.segmentation.graph_cut import (
 from gait_segmentation.segmentation.learnt import LearntColours, MeanLikelihood
 from gait_segmentation.segmentation.refinement import finest, keep_supported, refine, upsample
 
+# Pixels about a body in which it is cut out: three times what the tracker's working height asks
+# for.  A cut takes 0.6 kB for each.
 _MOST_PIXELS = 2**18
-"""Pixels about a body in which it is cut out: three times what the tracker's working height asks
-for.  A cut takes 0.6 kB for each."""
+# Height of a body, in the image's longer sides, from which none of its outline can be seen.
 _LARGEST = 8.0
-"""Height of a body, in the image's longer sides, from which none of its outline can be seen."""
+# Share of a frame in the running mean of the fit, which begins at 1: half a step.
 _FIT_RATE = 1 / 7
-"""Share of a frame in the running mean of the fit, which begins at 1: half a step."""
+# Share of the pixels of person and surroundings that may have any value of a likelihood from
+# outside: it cannot say more than 4.6 for or against the person.
 _FLOOR = 0.01
-"""Share of the pixels of person and surroundings that may have any value of a likelihood from
-outside: it cannot say more than 4.6 for or against the person."""
 _NOBODY = 'the cut found no person'
 _LARGEST_ODDS = 3.0  # largest log-odds that the default prior gives, before its weight
 _LOGIT = np.log((np.arange(256) + 0.5) / (255.5 - np.arange(256))).astype(np.float32)
