@@ -196,7 +196,11 @@ class EventKernel(CommonAreas):
     def _code(self, templates: Images) -> NDArray[np.int32]:
         grid = self._grid
         self.program = make_program(templates.reshape(-1, grid.height, grid.width))
-        self._origins = _origins(self.program.pixels, grid)
+        rows, columns = _plane_shape(grid)
+        y, x = np.divmod(self.program.pixels, grid.width)
+        phase = (y % grid.step) * grid.step + x % grid.step
+        # Where in the planes the pixels of the first window are.
+        self._origins = (phase * rows + y // grid.step) * columns + x // grid.step
         return self.program.row
 
     def common_rows(
@@ -234,14 +238,6 @@ def _plane_shape(grid: WindowGrid) -> tuple[int, int]:
     """Return rows and columns of a plane, with room to read a run from its last pixel."""
     height, width = grid.image_shape
     return -(-height // grid.step) + 1, -(-width // grid.step) + _WORD
-
-
-def _origins(pixels: NDArray[np.int64], grid: WindowGrid) -> NDArray[np.int64]:
-    """Return where in the planes the pixels of the first window are."""
-    rows, columns = _plane_shape(grid)
-    y, x = np.divmod(pixels, grid.width)
-    phase = (y % grid.step) * grid.step + x % grid.step
-    return np.asarray((phase * rows + y // grid.step) * columns + x // grid.step)
 
 
 @lru_cache(maxsize=16)

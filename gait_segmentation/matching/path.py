@@ -232,7 +232,10 @@ class PathSearch:
         self._traced = states
         seconds = np.array([frame.seconds for frame in self.frames])
         if seconds[-1] - seconds[0] >= _RATE_SPAN:
-            rate = self._measure(states[:, 1], seconds)
+            # The slope of the phase over time.
+            count, time = self.leading.shape[1], seconds - seconds.mean()
+            strides = np.concatenate([[0], np.cumsum(np.diff(states[:, 1]) % count)]) / count
+            rate = float(time @ strides / (time @ time))
             self.rate = min(max(rate, self._slowest), self._fastest)
         self._followed = self.leader[:2]
         return states
@@ -254,13 +257,6 @@ class PathSearch:
         kept = divmod(int(alike.argmax()), phases)
         lead = int(self.leading[best]) - int(self.leading[kept])
         return kept if lead < UNIT * self._config.switch_margin else best
-
-    def _measure(self, phase: NDArray[np.int64], seconds: NDArray[np.float64]) -> float:
-        """Return the slope of the phase over time in strides per second."""
-        count = self.leading.shape[1]
-        strides = np.concatenate([[0], np.cumsum(np.diff(phase) % count)]) / count
-        time = seconds - seconds.mean()
-        return float(time @ strides / (time @ time))
 
 
 def view_changes(
