@@ -23,7 +23,7 @@ Bounds = tuple[int, int, int, int]
 
 
 def distance_from(inside: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """Return distances from a region as :func:`signed_distance`, (h, w) float32, or thousands."""
+    """Return distances from a region as :func:`signed_distance`, (h, w) float32; far if none."""
     return np.asarray(cv2.distanceTransform((~inside).view(np.uint8), cv2.DIST_L2, 3))
 
 

@@ -54,7 +54,7 @@ class Stamps:
 
 
 def check_stamp(stamp_ns: int) -> None:
-    """Raise InputError if a stamp is no integer, or not positive, as zero fits all frames."""
+    """Raise InputError if a stamp is no integer or not positive: with zero all are one frame."""
     if not isinstance(stamp_ns, int | np.integer):
         # Seconds would be taken for frames at the same time, nearly.
         raise InputError(f'stamp must be whole nanoseconds, got {stamp_ns!r}')

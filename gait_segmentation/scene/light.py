@@ -38,8 +38,8 @@ _AGREE, _ALIKE = 0.6, 0.15
 _CORRELATION = 0.3
 # Change (as a log) that is left to the models: two levels of 100, as the noise they allow.
 _UNNOTICED = 0.02
-# Periods of flicker in the image: a shutter reads it in 10 to 30 ms, lamps flicker at 100 Hz. Less
-# than a period is not told from a shade.
+# Periods of flicker in the image: a shutter reads it in 10 to 30 ms, lamps flicker at 100 Hz.
+# Less than a period is not told from a shade.
 _PERIODS = np.arange(1, 3.01, 0.125)
 # Weights of blue, green and red in the brightness, as OpenCV has them.
 _GRAY = np.array([0.114, 0.587, 0.299], np.float32)
