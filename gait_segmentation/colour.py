@@ -34,14 +34,9 @@ BANDS = 8
 BIN_VOLUME = (256 / BINS) ** 3
 """Volume of a bin: a density times this is the probability of a bin."""
 
-_LEAST_MASS = 1e-7
-"""Share of the pixels below which a colour counts as never seen."""
-
-_ENERGY_SIGMA = 0.8
-"""Of the Gaussian over which energy is gathered, in pixels."""
-
-_ENERGY_GAIN = 0.3
-"""Levels of a* or b* that a mean gradient of one level a pixel counts."""
+_LEAST_MASS = 1e-7  # share of the pixels below which a colour counts as never seen
+_ENERGY_SIGMA = 0.8  # of the Gaussian over which energy is gathered, in pixels
+_ENERGY_GAIN = 0.3  # levels of a* or b* that a mean gradient of one level a pixel counts
 
 NO_CHROMA = 128.0
 """Level of a* or b* that stands for no colour."""
@@ -142,11 +137,7 @@ def _learn(
     used: NDArray[np.bool_],
     table: NDArray[np.float32],
 ) -> None:
-    """
-    Take in the pixels of a window and fill in the table.
-
-    :param used: (BINS^3,) bool, the bins of the histogram that are not empty: a few hundred.
-    """
+    """Take in the pixels of a window, and fill in the table of the bins ``used``."""
     newest = np.zeros_like(histogram)
     now = np.zeros_like(used)
     total = 0.0
@@ -192,11 +183,7 @@ def _learn(
 
 
 class ColourModel:
-    """
-    Histograms of one class: probability of a joint bin in a band.
-
-    ``table`` is (BINS^3, BANDS) float32, ready for look-up, floor included.
-    """
+    """Histograms of a class; ``table`` (BINS^3, BANDS) float32 is for look-up, floor included."""
 
     def __init__(self, band_share: float, floor: float) -> None:
         """Make an empty model; every colour then has the probability ``floor``."""

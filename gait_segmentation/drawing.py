@@ -33,16 +33,9 @@ TRACKED_COLOUR: Colour = (40, 40, 255)
 REFINED_COLOUR: Colour = (60, 230, 60)
 """Of the box that the matcher finds, as in the paper's figures."""
 
-_TEMPLATE: Colour = (255, 255, 255)
-
-_SHIFT = 4
-"""Fractional bits of the coordinates given to OpenCV's line drawing."""
-
+_SHIFT = 4  # fractional bits of the coordinates given to OpenCV's line drawing
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
-
-_LARGE = 720
-"""Longer side of an image, in pixels, above which letters and lines grow with it."""
-
+_LARGE = 720  # longer side of an image, in pixels, above which letters and lines grow with it
 _VIEWS = (
     'to the right',
     'away, right',
@@ -76,23 +69,14 @@ def _growth(image: Image) -> float:
 
 
 def draw_outline(image: Image, mask: NDArray[np.uint8], colour: Colour, width: int = 1) -> None:
-    """
-    Draw the outline of a mask, holes included.
-
-    :param mask: (H, W) uint8, inside where it is above 127; of the image's size.
-    :param width: of the line in pixels.
-    """
+    """Draw the outline, holes included, of a mask, (H, W) uint8, inside where above 127."""
     inside = (mask > 127).astype(np.uint8)
     contours, _ = cv2.findContours(inside, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
     cv2.polylines(image, contours, True, colour, width, cv2.LINE_AA)
 
 
 def draw_box(image: Image, box: Box, colour: Colour, angle: float = 0.0) -> None:
-    """
-    Draw a box to the sub-pixel.
-
-    :param angle: in radians, by which it is turned about its centre, to the right at the top.
-    """
+    """Draw a box to the sub-pixel, turned about its centre to the right, in radians."""
     body = BodyFrame(box.center_x, box.center_y, box.height, angle)
     # Positions count from the corner of pixel 0, OpenCV's coordinates from its centre.
     points = (np.array(body.corners(box.width)) - 0.5) * 2**_SHIFT
@@ -119,7 +103,7 @@ def draw_match(
         if template.shape != image.shape[:2]:
             size = (image.shape[1], image.shape[0])
             template = np.asarray(cv2.resize(template, size, interpolation=cv2.INTER_LINEAR))
-        draw_outline(image, template, _TEMPLATE)
+        draw_outline(image, template, (255, 255, 255))
     if tracked is not None:
         draw_box(image, tracked, TRACKED_COLOUR, angle)
     if refined is not None:

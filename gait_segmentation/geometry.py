@@ -31,24 +31,21 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError
 
+# Least height of a first box in pixels, and its size, in image sizes, above which it cannot be
+# that of a person in view.
 _LEAST_START = 8
 _LARGEST_START = 4.0
-"""Size of a first box, in image sizes, above which it cannot be that of a person in view."""
-
+# Least size of a box to match in pixels, and its largest size and distance in the image's longer
+# sides: beyond what a tracker makes of the smallest and the largest box to start from.
 _LEAST_MATCHED, _FARTHEST = 0.5, 8.0
-"""
-Least size of a box to match in pixels, and its largest size and distance in the image's longer
-sides: beyond what a tracker makes of the smallest and the largest box to start from.
-"""
-
+# How much larger and farther away than its box a body may be, with any parameters of matching.
 _BEYOND = 12.0
-"""How much larger and farther away than its box a body may be, with any parameters of matching."""
 
 REACH = 0.12
 """How far about the outline of a person it is asked whose pixels are, in body heights."""
 
+# Reach of the window about a body, and its margin about a box held, in body heights.
 _HALF_WIDTH, _HALF_HEIGHT, _HELD_MARGIN = 0.52, 0.62, 0.12
-"""Reach of the window about a body, and its margin about a box held, in body heights."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +68,6 @@ class Box:
     center_y: float = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Refuse boxes that are no boxes."""
         values = (self.x, self.y, self.width, self.height)
         if not all(map(math.isfinite, values)):
             raise InputError(f'box values must be finite numbers, got {values}')
@@ -95,11 +91,7 @@ class Box:
 
     @classmethod
     def around(cls, mask: NDArray[np.uint8] | NDArray[np.bool_]) -> Box | None:
-        """
-        Return the tight box of the non-zero pixels of a mask, None for an empty mask.
-
-        :param mask: (height, width) array of any type that has a truth value.
-        """
+        """Return the tight box of what is not zero of a (height, width) mask, None if all is."""
         if mask.dtype != np.uint8:
             mask = (mask if mask.dtype == np.bool_ else mask != 0).view(np.uint8)
         left, top, width, height = cv2.boundingRect(mask)
@@ -132,11 +124,7 @@ class Box:
         return Box(left, top, right - left, bottom - top)
 
     def slices(self, width: int, height: int, margin: float = 0.0) -> tuple[slice, slice]:
-        """
-        Return the (row, column) slices of the pixels touched in an image of the given size.
-
-        The slices are empty if the box, grown by the margin on all sides, lies outside.
-        """
+        """Return the (row, column) slices of pixels touched, with a margin; empty outside."""
         left = min(max(math.floor(self.x - margin), 0), width)
         top = min(max(math.floor(self.y - margin), 0), height)
         right = min(max(math.ceil(self.right + margin), left), width)
@@ -188,11 +176,7 @@ class BodyFrame:
         return replace(self, center_x=self.center_x + dx, center_y=self.center_y + dy)
 
     def corners(self, width: float) -> tuple[tuple[float, float], ...]:
-        """
-        Return the rectangle along the axis, clockwise from the body's top left.
-
-        :param width: width of the rectangle in pixels, across the axis.
-        """
+        """Return the rectangle of a width across the axis, clockwise from the body's top left."""
         cos, sin = math.cos(self.angle), math.sin(self.angle)
         upright = Box(-width / 2, -self.height / 2, width, self.height)
         return tuple(
@@ -335,11 +319,7 @@ def body_window(center_x: float, center_y: float, height: float, held: Box | Non
 
 
 def reach(transform: NDArray[np.float64], width: float, height: float) -> Box:
-    """
-    Return how far a grid reaches where a 2 x 3 transform lays it.
-
-    :param width, height: of the grid, from (0, 0) on.
-    """
+    """Return how far a grid from (0, 0) on reaches where a 2 x 3 transform lays it."""
     (a, b, x), (c, d, y) = transform.tolist()
     a, b, c, d = a * width, b * height, c * width, d * height
     left, top = x + min(a, 0.0) + min(b, 0.0), y + min(c, 0.0) + min(d, 0.0)

@@ -23,11 +23,7 @@ Bounds = tuple[int, int, int, int]
 
 
 def distance_from(inside: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """
-    Return the distance from a region in pixels, 0 in it, (h, w) float32.
-
-    By the metric of :func:`signed_distance`; without a region it is thousands.
-    """
+    """Return distances from a region as :func:`signed_distance`, (h, w) float32; far if none."""
     return np.asarray(cv2.distanceTransform((~inside).view(np.uint8), cv2.DIST_L2, 3))
 
 
@@ -64,11 +60,7 @@ def axis_tilt(mask: NDArray[np.uint8]) -> float:
 
 
 def check_image(image: NDArray[np.uint8]) -> None:
-    """
-    Refuse what is no BGR image.
-
-    :raises InputError: if the array is not (height, width, 3) uint8 with at least one pixel.
-    """
+    """Raise InputError for all but (height, width, 3) uint8 with at least one pixel."""
     # Such as the None that OpenCV returns at the end of a film.
     known = isinstance(image, np.ndarray) and image.dtype == np.uint8 and image.size > 0
     if not (known and image.ndim == 3 and image.shape[2] == 3):
@@ -157,23 +149,14 @@ def shifted_part(image: NDArray[np.uint8], dx: int, dy: int, window: Window) -> 
 
 
 def placed(part: NDArray[np.uint8], window: Window, shape: tuple[int, int]) -> NDArray[np.uint8]:
-    """
-    Return an image of a given (H, W) that is zero outside of a window.
-
-    :param part: (h, w) uint8, what is in it.
-    """
+    """Return (H, W) uint8 that is zero but for (h, w) uint8 in a window."""
     image = np.zeros(shape, np.uint8)
     image[window] = part
     return image
 
 
 def same_proportions(shape: tuple[int, ...], source: tuple[int, ...]) -> bool:
-    """
-    Tell whether one size can be another one scaled, to a pixel.
-
-    :param shape: (h, w).
-    :param source: (H, W).
-    """
+    """Tell whether (h, w) can be (H, W) scaled, to a pixel."""
     lowest = max((size - 1) / whole for size, whole in zip(shape, source, strict=True))
     highest = min((size + 1) / whole for size, whole in zip(shape, source, strict=True))
     return lowest <= highest
@@ -202,11 +185,7 @@ def shrink(
 
 
 def median(values: NDArray[np.floating]) -> Any:
-    """
-    Return the median along the first axis of an array without NaN, which is not empty.
-
-    As NumPy's, but sooner: dozens are asked for in every frame.
-    """
+    """Return the median along the first axis, without NaN, not empty; sooner than NumPy's."""
     middle = len(values) // 2
     # Of one place only, for which NumPy has a way that is much faster than that for two.
     ordered = np.partition(values, middle, axis=0)
@@ -216,12 +195,7 @@ def median(values: NDArray[np.floating]) -> Any:
 
 
 def quantiles(values: NDArray[np.floating], shares: Sequence[float]) -> list[float]:
-    """
-    Return quantiles, interpolated.
-
-    :param values: (n,), not empty.
-    :param shares: (0..1) of the values that are smaller.
-    """
+    """Return quantiles of (n,) values, not empty, by shares (0..1) that are smaller."""
     places = (len(values) - 1) * np.array(shares)
     low, high = np.floor(places).astype(int), np.ceil(places).astype(int)
     ordered = np.partition(values, np.concatenate([low, high]))

@@ -34,9 +34,8 @@ if not os.path.isabs(os.path.expanduser('~')):
     os.environ.setdefault('XDG_CACHE_HOME', os.devnull)
 
 
+# Kernels, and the types of their arguments when they are called in one way.
 _declared: list[tuple[Dispatcher, str]] = []
-"""Kernels, and the types of their arguments when they are called in one way."""
-
 _ready: list[tuple[Dispatcher, str]] = []
 
 

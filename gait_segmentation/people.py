@@ -57,11 +57,7 @@ class TaskPool:
         self._pool: ThreadPoolExecutor | None = None
 
     def run(self, tasks: Sequence[Callable[[], Result]]) -> list[Result]:
-        """
-        Return the results of all tasks in their order, when all are done.
-
-        An error of a task is raised then; of several, that of the first in the order.
-        """
+        """Return all results, in order, when all is done, or raise the first error of them."""
         if self._threads < 2 or len(tasks) < 2:
             return [task() for task in tasks]
         if self._pool is None:

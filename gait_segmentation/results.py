@@ -66,7 +66,6 @@ class TrackResult:
     reason: str = ''
 
     def __post_init__(self) -> None:
-        """Fill in state and body."""
         if not self.state:
             object.__setattr__(self, 'state', TRACKED if self.track_id else EMPTY)
         if self.body is None:

@@ -17,8 +17,8 @@ import numpy as np
 
 from gait_segmentation.errors import InputError
 
+# A step back that is longer is no late frame: time was set back, or a bag begins again.
 _RESET_S = 1.0
-"""A step back that is longer is no late frame: time was set back, or a bag begins again."""
 
 LEAST_STEP_NS = 200_000
 """The least from one frame to the next."""
@@ -57,11 +57,7 @@ class Stamps:
 
 
 def check_stamp(stamp_ns: int) -> None:
-    """
-    Refuse the stamp zero, which would make all frames the same.
-
-    :raises InputError: if the stamp is no integer, or not positive.
-    """
+    """Raise InputError if a stamp is no integer or not positive: with zero all are one frame."""
     if not isinstance(stamp_ns, int | np.integer):
         # Seconds would be taken for frames at the same time, nearly.
         raise InputError(f'stamp must be whole nanoseconds, got {stamp_ns!r}')
@@ -106,7 +102,6 @@ class HeldFrames(Generic[Frame]):
     """
 
     def __init__(self) -> None:
-        """Hold nothing."""
         self._frames: deque[tuple[int | None, Frame]] = deque()
 
     def __len__(self) -> int:
@@ -118,11 +113,7 @@ class HeldFrames(Generic[Frame]):
         self._frames.append((stamp_ns, frame))
 
     def take(self, stamp_ns: int) -> Frame:
-        """
-        Return the frame of a stamp and let go of it and of all before.
-
-        :raises IndexError: if it is not held.
-        """
+        """Let go of the frame of a stamp, and all before; IndexError if it is not held."""
         held_ns, frame = self._frames.popleft()
         while held_ns != stamp_ns:
             held_ns, frame = self._frames.popleft()

@@ -35,11 +35,10 @@ FORMAT_VERSION = 2
 LEAST_SIDE = 16
 """Rows and columns of the smallest grid that is drawn."""
 
-_STANDARD = Path(__file__).with_name('standard.npz')
-_FINE_ROWS = 48
-"""Outlines move by less than a row between phases, but all along their length."""
+_FINE_ROWS = 48  # outlines move by less than a row between phases, but all along their length
 _MOST_PIXELS = (2**31 - 1) // 255  # sums over a template fit 32 bits
 _VIEWS = ('templates', 'azimuth', 'builds')
+# Kind and number of dimensions of entries.
 _KINDS = {
     'format': ('U', 0),
     'version': ('i', 0),
@@ -47,7 +46,6 @@ _KINDS = {
     'fill': ('f', 0),
     'provenance': ('U', 0),
 }
-"""Kind and number of dimensions of entries."""
 _FINER = 'finer_'
 
 
@@ -83,7 +81,6 @@ class TemplateBank:
     finer: TemplateBank | None = None
 
     def __post_init__(self) -> None:
-        """Check that the parts fit together."""
         if self.templates.ndim != 4 or self.templates.dtype != np.uint8:
             raise BankError(
                 'templates must be (sequences, phases, height, width) uint8, got '
@@ -129,11 +126,7 @@ class TemplateBank:
             raise BankError(f'{os.fspath(path)}: {error}') from error
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """
-        Write the bank to a file, replacing an old one in one step.
-
-        :raises BankError: if the file cannot be written.
-        """
+        """Replace a file in one step; BankError if it cannot be written."""
         packed = io.BytesIO()
         finer = {} if self.finer is None else self.finer._views()
         np.savez_compressed(
@@ -173,11 +166,7 @@ class TemplateBank:
 
 
 def open_bank(path: str) -> TemplateBank:
-    """
-    Return the bank of a file, the standard one for an empty path.
-
-    :raises BankError: if it cannot be read.
-    """
+    """Return the bank of a file, or for an empty path the standard one; BankError if none."""
     return TemplateBank.load(path) if path else default_bank()
 
 
@@ -188,7 +177,7 @@ def default_bank() -> TemplateBank:
 
     :raises BankError: if the installation is damaged.
     """
-    return TemplateBank.load(_STANDARD)
+    return TemplateBank.load(Path(__file__).with_name('standard.npz'))
 
 
 def fine_grid(grid: tuple[int, int]) -> tuple[int, int]:
@@ -198,12 +187,7 @@ def fine_grid(grid: tuple[int, int]) -> tuple[int, int]:
 
 
 def quantize(templates: NDArray[np.uint8], levels: int) -> NDArray[np.uint8]:
-    """
-    Round to evenly spaced grey levels that include 0 and 255.
-
-    :param templates: uint8 of any shape.
-    :param levels: number of levels, 2..256.
-    """
+    """Round uint8 of any shape to 2..256 evenly spaced grey levels that include 0 and 255."""
     steps = np.arange(256, dtype=np.float64) * (levels - 1) / 255
     table = np.floor(np.floor(steps + 0.5) * 255 / (levels - 1) + 0.5).astype(np.uint8)
     # NumPy's own indexing takes ten times as long.
@@ -252,12 +236,7 @@ def _check_kinds(arrays: dict[str, Any], *names: str) -> None:
 
 
 def _entries(arrays: dict[str, Any]) -> dict[str, Any]:
-    """
-    Check everything the file format promises and the bank itself does not.
-
-    :returns: the fields of a :class:`TemplateBank`.
-    :raises BankError: if it is something else.
-    """
+    """Return the fields of a bank; refuse what the file format does not promise."""
     if 'format' not in arrays or 'version' not in arrays:
         found = ', '.join(sorted(arrays)) or 'none'
         raise BankError(f'not a bank: entries format and version expected, got {found}')

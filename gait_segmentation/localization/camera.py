@@ -19,18 +19,15 @@ Floats = NDArray[np.float64]
 DepthImage = NDArray[np.uint16] | NDArray[np.float32]
 
 _DISTORTIONS = ('', 'plumb_bob', 'rational_polynomial')
-_FOCAL = (0.01, 1000.0)
-"""Focal lengths of any lens, in sizes of the image."""
+_FOCAL = (0.01, 1000.0)  # focal lengths of any lens, in sizes of the image
+# How far the principal point of a cropped image may lie beside it, in sizes of the image.
 _ASIDE = 10.0
-"""How far the principal point of a cropped image may lie beside it, in sizes of the image."""
-_SAMPLES = 500
-"""Pixels of a body that are used."""
+_SAMPLES = 500  # pixels of a body that are used
+# How far inside the outline depth is trusted, in heights of the mask: at the edge it mixes.
 _INSIDE = 0.01
-"""How far inside the outline depth is trusted, in heights of the mask: at the edge it mixes."""
-_LEAST_VALID = 0.2
-"""Share of the body's pixels that must have a depth."""
+_LEAST_VALID = 0.2  # share of the body's pixels that must have a depth
+# How far limbs reach from the body's axis: what is farther from the median is not the body.
 _REACH_M = 0.5
-"""How far limbs reach from the body's axis: what is farther from the median is not the body."""
 _MOST_HEIGHT_M, _MOST_AWAY_M = 1e4, 1e9
 
 
@@ -54,7 +51,6 @@ class PinholeCamera:
     distortion: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse what is no camera."""
         for size, focal, middle in (
             (self.width, self.fx, self.cx),
             (self.height, self.fy, self.cy),
@@ -77,12 +73,7 @@ class PinholeCamera:
             )
 
     def check_size(self, shape: tuple[int, ...]) -> None:
-        """
-        Refuse images of another size.
-
-        :param shape: (height, width) of the image.
-        :raises InputError: if it is not the camera's.
-        """
+        """Raise InputError if (height, width) of an image is not the camera's."""
         if tuple(shape) != (self.height, self.width):
             raise InputError(
                 f'camera_info is of images of {self.width} x {self.height}, but the image has '

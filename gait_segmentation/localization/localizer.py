@@ -29,26 +29,15 @@ from gait_segmentation.results import MatchResult
 DEPTH, GROUND, PREDICTED = 'depth', 'ground', 'predicted'
 """Where a place comes from."""
 
-_WATCHED_S = 0.5
-"""Time of a track, about a step, before it has a speed."""
-
+_WATCHED_S = 0.5  # time of a track, about a step, before it has a speed
+# Standard deviation that every place has at least, whatever is said to be exact.
 _LEAST_ERROR_M = 1e-3
-"""Standard deviation that every place has at least, whatever is said to be exact."""
-
+# Within this of straight below (or above) the camera the direction to a person is unknown.
 _BELOW = math.sin(math.radians(5))
-"""Within this of straight below (or above) the camera the direction to a person is unknown."""
-
-_FARTHEST_M = 1e4
-"""Distance beyond which a place is none."""
-
-_FASTEST_M_S = 4.5
-"""Speed above that of walkers."""
-
-_STEPS = (0.05, 0.9)
-"""Lengths of the steps of walkers, in statures."""
-
-_STRIDES_HZ = (0.2, 2.5)
-"""Rates of the strides of walkers."""
+_FARTHEST_M = 1e4  # distance beyond which a place is none
+_FASTEST_M_S = 4.5  # speed above that of walkers
+_STEPS = (0.05, 0.9)  # lengths of the steps of walkers, in statures
+_STRIDES_HZ = (0.2, 2.5)  # rates of the strides of walkers
 
 Floats = NDArray[np.float64]
 
@@ -161,7 +150,6 @@ class Localizer:
     """Locates people frame by frame; remembers the places of each track for its velocity."""
 
     def __init__(self, config: LocalizationConfig | None = None) -> None:
-        """Begin without tracks."""
         self.config = config or LocalizationConfig()
         self.failures = 0
         """People that could not be located because of an error that nothing here provides for."""
@@ -226,12 +214,7 @@ class Localizer:
         pose: CameraPose,
         depth: DepthImage | None,
     ) -> Location | None:
-        """
-        Locate a person.
-
-        :returns: None if there is none.
-        :raises InputError: if it cannot be said where they are, with the reason.
-        """
+        """Locate a person, None if there is none; InputError says why it cannot be done."""
         if match.body is None or not match.track_id:
             return None
         check_body(match.body, (mask.shape[1], mask.shape[0]))
@@ -382,13 +365,7 @@ def _of_walker(
 def _fitted(
     since: Floats, places: Floats, weights: Floats, acceleration: float
 ) -> tuple[Floats, Floats]:
-    """
-    Return the velocity (2,) at the time 0 of the motion that fits places best, and its covariance.
-
-    Least squares for place, velocity and an acceleration, which is usually as large as that.
-
-    :param since: (N,) times, ``places`` (N, 2) and ``weights`` (N, 2, 2), inverse covariances.
-    """
+    """Return the velocity (2,) at time 0, fitted with an acceleration, and its covariance."""
     powers = np.column_stack([np.ones_like(since), since, since**2 / 2])
     normal = np.einsum('ni,nj,nkl->ikjl', powers, powers, weights).reshape(6, 6)
     normal[4:, 4:] += np.eye(2) / acceleration**2

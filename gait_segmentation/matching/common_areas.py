@@ -32,11 +32,7 @@ class CommonAreas(ABC):
     """
 
     def __init__(self, templates: Images, grid: WindowGrid) -> None:
-        """
-        Code the templates.
-
-        :param templates: (K, height, width) uint8; the fewer grey levels, the faster.
-        """
+        """Code (K, height, width) uint8 templates; the fewer grey levels, the faster."""
         self._grid = grid
         pixels = np.ascontiguousarray(templates.reshape(len(templates), -1))
         different, first, row = np.unique(
@@ -52,20 +48,11 @@ class CommonAreas(ABC):
 
     @abstractmethod
     def _code(self, templates: Images) -> NDArray[np.int32]:
-        """
-        Prepare what is compared.
-
-        :param templates: (R, height x width) uint8, all different.
-        :returns: (R,) int32, the row of each.
-        """
+        """Prepare (R, height x width) uint8, all different; return the row of each, (R,) int32."""
 
     @abstractmethod
     def common_rows(
-        self,
-        images: Images,
-        searched: SearchRange,
-        matrix: Images,
-        out: NDArray[np.int32],
+        self, images: Images, searched: SearchRange, matrix: Images, out: NDArray[np.int32]
     ) -> NDArray[np.int32]:
         """
         Return C for some of the windows.
@@ -95,12 +82,7 @@ class SimilarityMaps:
     """
 
     def __init__(self, coded: CommonAreas, windows: WindowGrid, cost: NDArray[np.int16]) -> None:
-        """
-        Prepare the comparison.
-
-        :param windows: where templates are laid, as when they were coded.
-        :param cost: (S,) int16 in path units, what each body height costs.
-        """
+        """Compare on windows as they were coded; ``cost`` (S,) int16 is that of body heights."""
         self._coded, self._windows, self._cost = coded, windows, cost
         self._matrix = coded.new_matrix()
         self._maps = np.zeros((coded.rows, 0), np.int16)
@@ -136,15 +118,7 @@ class SimilarityMaps:
 
 @kernel('i4[:,::1], i4[::1], i4[::1], i2[:,::1], i4[:,::1]')
 def _compare(common, area, cost, maps, seen):  # type: ignore[no-untyped-def]
-    """
-    Put the similarities of all templates into ``maps``.
-
-    :param common: (R, N) int32, C.
-    :param area: (N,) int32, F.
-    :param cost: (N,) int32, taken off.
-    :param maps: (R, N) int16, result.
-    :param seen: (R, N) int32, G over the known pixels; (R, 1) where all are known.
-    """
+    """Put similarities into ``maps`` by C, F, costs, and G of what is known: (R, N) or (R, 1)."""
     line = np.empty(common.shape[1], np.int32)
     for row in range(len(common)):
         areas = seen[row]
@@ -193,11 +167,7 @@ class DirectAccessTableKernel(CommonAreas):
         return np.minimum(self._split, len(self._order[0]) - self._split[:, :1])
 
     def common_rows(
-        self,
-        images: Images,
-        searched: SearchRange,
-        matrix: Images,
-        out: NDArray[np.int32],
+        self, images: Images, searched: SearchRange, matrix: Images, out: NDArray[np.int32]
     ) -> NDArray[np.int32]:
         """Add up what the tables say, pixel by pixel."""
         step = self._grid.step
@@ -230,14 +200,7 @@ def splitting_ids(values: NDArray[np.uint8]) -> tuple[NDArray[np.int32], NDArray
 def _add_up(  # type: ignore[no-untyped-def]
     images, pixels, order, values, split, corner, step, windows, out
 ):
-    """
-    Put the common areas of all templates into ``out``, from its second row on.
-
-    :param pixels: (A, 2) int64, row and column of the pixels that any template uses.
-    :param order: (A, R) uint32, templates in the order of their ``values`` (A, R) uint8.
-    :param split: (A, 256) int32, how many of them are not above a value of the likelihood.
-    :param corner: row and column of the first window's first pixel.
-    """
+    """Put the common areas of all templates into ``out``, from its second row on."""
     templates = order.shape[1]
     count, rows, columns = windows
     # Window by window, so that what a pixel adds to lies together.

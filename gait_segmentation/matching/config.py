@@ -169,7 +169,6 @@ class MatchingConfig(StageConfig):
         return (self.minimum_cadence + self.maximum_cadence) / 240
 
     def __post_init__(self) -> None:
-        """Check the fields one by one and together."""
         super().__post_init__()
         if self.minimum_cadence >= self.maximum_cadence:
             raise ConfigError(

@@ -18,17 +18,14 @@ from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.common_areas import CommonAreas, Images
 from gait_segmentation.matching.placements import LANES, SearchRange, WindowGrid
 
-_WORD = 16
-"""Bytes that are copied at once."""
+_WORD = 16  # bytes that are copied at once
 _CACHE_LINE = 64
+# Lanes in a vector of bytes; the compiler makes several of it where registers are shorter.
 _VECTOR = 64
-"""Lanes in a vector of bytes; the compiler makes several of it where registers are shorter."""
+# Lanes that are treated at a time while there are so many: what the registers hold.
 _WIDE = 2 * LANES
-"""Lanes that are treated at a time while there are so many: what the registers hold."""
-_MOST = 255
-"""What the events of a group change a sum by at most, which 8 bits can hold."""
-_MOST_OF_STEP = 32767 // _MOST
-"""Groups that a step has at most: what 16 bits can add up."""
+_MOST = 255  # what the events of a group change a sum by at most, which 8 bits can hold
+_MOST_OF_STEP = 32767 // _MOST  # groups that a step has at most: what 16 bits can add up
 
 
 @dataclass(frozen=True)
@@ -63,11 +60,7 @@ class EventProgram:
 
 
 def make_program(templates: NDArray[np.uint8]) -> EventProgram:
-    """
-    Code templates as changes against their parents.
-
-    :param templates: (K, height, width) uint8.
-    """
+    """Code (K, height, width) uint8 templates as changes against their parents."""
     pixels = np.ascontiguousarray(templates.reshape(len(templates), -1))
     # Pixels that are in no template part none, and are more than half.
     used = np.flatnonzero(pixels.any(axis=0))
@@ -203,15 +196,15 @@ class EventKernel(CommonAreas):
     def _code(self, templates: Images) -> NDArray[np.int32]:
         grid = self._grid
         self.program = make_program(templates.reshape(-1, grid.height, grid.width))
-        self._origins = _origins(self.program.pixels, grid)
+        rows, columns = _plane_shape(grid)
+        y, x = np.divmod(self.program.pixels, grid.width)
+        phase = (y % grid.step) * grid.step + x % grid.step
+        # Where in the planes the pixels of the first window are.
+        self._origins = (phase * rows + y // grid.step) * columns + x // grid.step
         return self.program.row
 
     def common_rows(
-        self,
-        images: Images,
-        searched: SearchRange,
-        matrix: Images,
-        out: NDArray[np.int32],
+        self, images: Images, searched: SearchRange, matrix: Images, out: NDArray[np.int32]
     ) -> NDArray[np.int32]:
         """Gather the windows block by block, and run the program on each."""
         program, step, shape = self.program, self._grid.step, _plane_shape(self._grid)
@@ -247,25 +240,11 @@ def _plane_shape(grid: WindowGrid) -> tuple[int, int]:
     return -(-height // grid.step) + 1, -(-width // grid.step) + _WORD
 
 
-def _origins(pixels: NDArray[np.int64], grid: WindowGrid) -> NDArray[np.int64]:
-    """Return where in the planes the pixels of the first window are."""
-    rows, columns = _plane_shape(grid)
-    y, x = np.divmod(pixels, grid.width)
-    phase = (y % grid.step) * grid.step + x % grid.step
-    return np.asarray((phase * rows + y // grid.step) * columns + x // grid.step)
-
-
 @lru_cache(maxsize=16)
 def _blocks(
     grid: WindowGrid, windows: tuple[int, int, int]
 ) -> list[tuple[int, int, NDArray[np.int64], NDArray[np.int64]]]:
-    """
-    Return the blocks of windows: first one, number of lanes, and the runs.
-
-    Of each run that is the lane in the block at which it begins, and the offset in the planes.
-
-    :param windows: numbers of images, rows and columns.
-    """
+    """Return first window and lanes of blocks, and lane and offset in the planes of their runs."""
     planes, (height, width) = grid.step**2, _plane_shape(grid)
     images, rows, columns = windows
     count = images * rows * columns
@@ -292,16 +271,7 @@ def _words(data: NDArray[np.uint8]) -> NDArray[np.complex128]:
 
 @kernel('c16[:], i8[::1], i8[::1], i8[::1], i8, c16[:]')
 def _gather(plane, origins, places, offsets, lanes, matrix):  # type: ignore[no-untyped-def]
-    """
-    Put the windows of a block side by side for all pixels, run by run.
-
-    :param plane: words of a flat image, its pixels ordered so that windows are contiguous.
-    :param origins: (A,) int64, where in it the pixels of the first window are.
-    :param places: (R,) int64 lanes at which the runs begin, in ascending order.
-    :param offsets: (R,) int64, how far the runs' windows are from the first one.
-    :param lanes: those of the block.
-    :param matrix: words of the result, ``lanes`` bytes a pixel and a run to spare.
-    """
+    """Put the windows of a block side by side for all pixels, run by run, as words."""
     for pixel in range(len(origins)):
         origin, row = origins[pixel], pixel * lanes
         for run in range(len(places)):
@@ -309,21 +279,9 @@ def _gather(plane, origins, places, offsets, lanes, matrix):  # type: ignore[no-
 
 
 def _make_step(lanes: int):  # type: ignore[no-untyped-def]
-    """
-    Return a function that makes the common areas of a template from those of its parent.
-
-    It is written for LLVM, in vectors of bytes: in a loop over lanes the compiler would keep the
-    sums in memory, and make the vectors as short as its widest type asks for.  Its arguments:
-
-    * ``matrix``, flat uint8, ``lanes`` bytes for each pixel of the program;
-    * ``source``, ``lo``, ``span``, ``groups`` as in :class:`EventProgram`;
-    * ``first``, int64, the first group that is added, ``middle`` the first that is subtracted,
-      ``last`` the one after them;
-    * ``out``, flat int32: from ``old`` on, int64, there are the parent's areas, from ``new`` on
-      the template's are written.
-
-    :param lanes: how many there are.
-    """
+    """Return a function that makes the areas of a template from those of its parent."""
+    # For LLVM, in vectors of bytes: in a loop over lanes the compiler would keep sums in memory,
+    # and make the vectors as short as its widest type asks for.
 
     def generate(context, builder, signature, values):  # type: ignore[no-untyped-def]
         index, byte, word, whole = (ir.IntType(bits) for bits in (64, 8, 16, 32))
@@ -418,15 +376,7 @@ _narrow_step, _wide_step = _make_step(LANES), _make_step(_WIDE)
 def _run_program(  # type: ignore[no-untyped-def]
     matrix, source, lo, span, groups, bounds, target, base, out, stride, first, lanes
 ):
-    """
-    Make the common areas of all templates for the gathered windows.
-
-    :param matrix: flat uint8, ``lanes`` bytes for each pixel of the program.
-    :param source: as the next six in :class:`EventProgram`.
-    :param out: flat int32, rows of ``stride``; row 0 must be zero.
-    :param first: where the windows' results begin in a row.
-    :param lanes: :data:`LANES` or twice as many.
-    """
+    """Make the areas of all templates for gathered windows in rows of ``stride``, row 0 zero."""
     for step in range(len(target)):
         start, middle = np.int64(bounds[step, 0]), np.int64(bounds[step, 1])
         end = np.int64(bounds[step, 2])

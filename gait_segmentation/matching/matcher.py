@@ -108,12 +108,7 @@ def check_frame(
 
 @dataclass(frozen=True)
 class _Waiting:
-    """
-    A frame whose result has not been emitted.
-
-    ``seconds`` counts from the beginning of the path.  ``scale`` and ``shape`` are those of the
-    likelihood, ``sampled`` is it about the box.
-    """
+    """A frame without a result: scale and shape are the likelihood's, seconds the path's."""
 
     stamp_ns: int
     seconds: float
@@ -125,19 +120,10 @@ class _Waiting:
 
 
 class SequenceMatcher:
-    """
-    Matches the likelihoods of one person to the sequences of a bank.
-
-    Wang, Yagi and Makihara, ACCV 2009, section 3.
-    """
+    """Matches one person's likelihoods to a bank (Wang, Yagi, Makihara, ACCV 2009, section 3)."""
 
     def __init__(self, bank: TemplateBank, config: MatchingConfig | None = None) -> None:
-        """
-        Prepare the templates.
-
-        :param bank: the sequences.
-        :param config: parameters; the defaults if None.
-        """
+        """Prepare the templates of a bank; the parameters are the defaults if None."""
         self.config = config = config or MatchingConfig()
         self._bank = bank
         self._placements = grid = PlacementGrid(bank.grid, bank.fill, config)
@@ -235,11 +221,7 @@ class SequenceMatcher:
         return results
 
     def _about_path(self) -> SearchRange:
-        """
-        Return the placements to search: those about where the path leads.
-
-        They stay the same as long as the path is well within them.
-        """
+        """Return the placements about the path's: the same ones while it is well within them."""
         last = self._searched
         centers = [first + count // 2 for first, count in zip(last.first, last.shape, strict=True)]
         middle = [
@@ -251,11 +233,7 @@ class SequenceMatcher:
         return self._placements.everywhere.about((middle[0], middle[1], middle[2]), self._reach)
 
     def _between(self, state: State, back: int, angle: float) -> tuple[Placement, float, float]:
-        """
-        Return placement, azimuth and phase of a state of a frame, between those searched.
-
-        :param back: frames since.
-        """
+        """Return placement, azimuth and phase, between those searched, ``back`` frames ago."""
         scores, beside = self._path.frames[-1 - back].scores, self._views.beside[state[0]]
         view, phase, *place = scores.offsets(state, beside)
         scale, row, column = (at + off for at, off in zip(state[2:], place, strict=True))
@@ -264,11 +242,7 @@ class SequenceMatcher:
         return placement, azimuth, (state[1] + phase) / self._bank.phases
 
     def _emit(self, states: NDArray[np.int64]) -> MatchResult:
-        """
-        Make the result of the frame that waits longest.
-
-        :param states: (N, 5), the path, which ends in the newest frame.
-        """
+        """Make the result of the frame that waits longest, by a path that ends in the newest."""
         back = len(self._waiting) - 1
         frame = self._waiting.popleft()
         sequence, phase, scale, row, column = states[-1 - back].tolist()
@@ -338,13 +312,7 @@ class PeopleMatcher:
         max_people: int = 1,
         threads: int = 1,
     ) -> None:
-        """
-        Make a matcher for each slot.
-
-        :param bank: the sequences.
-        :param max_people: number of slots.
-        :param threads: how many work at a time.
-        """
+        """Make a matcher for each slot, of which some threads work at a time."""
         self._bank = bank
         self._pool = TaskPool(threads)
         self._count = max_people

@@ -17,25 +17,22 @@ from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.placements import SearchRange
 from gait_segmentation.matching.viterbi import FLOOR, advance, shifted, step_back
 
-_RATE_SPAN = 0.5
-"""Seconds of path from which on its own rate is trusted."""
+_RATE_SPAN = 0.5  # seconds of path from which on its own rate is trusted
 WIDEST = math.radians(46.0)
 """Views farther apart are no neighbours, and have nothing between them."""
-_MOST_FRAMES = 64
-"""Frames of a path, however many a second there are."""
+_MOST_FRAMES = 64  # frames of a path, however many a second there are
 
 State = tuple[int, int, int, int, int]
 """Sequence, phase, scale, row and column."""
 
+# Steps to the states before and after a state, by axis.
 _SIDES = np.stack([-np.eye(5, dtype=np.int64), np.eye(5, dtype=np.int64)])
-"""Steps to the states before and after a state, by axis."""
 
 
 class Views:
     """The sequences of each build in the order of their azimuths: a ring, anticlockwise."""
 
     def __init__(self, bank: TemplateBank) -> None:
-        """Order the sequences."""
         self.azimuths = bank.azimuth.astype(np.float64)
         self.rings: dict[str, NDArray[np.int64]] = {}
         for build in dict.fromkeys(bank.builds):
@@ -132,11 +129,7 @@ class PathSearch:
     """
 
     def __init__(self, bank: TemplateBank, row: NDArray[np.int32], config: MatchingConfig) -> None:
-        """
-        Begin a path.
-
-        :param row: (K,) int32, where among the similarities those of a template are.
-        """
+        """Begin a path; ``row`` (K,) int32 is where the similarities of a template are."""
         self._config = config
         self._row = row
         self._near, self._near_cost = view_changes(bank, config)
@@ -159,12 +152,7 @@ class PathSearch:
 
         self._traced = np.empty((0, 5), np.int64)
 
-    def step(
-        self,
-        similarity: NDArray[np.int16],
-        seconds: float,
-        searched: SearchRange,
-    ) -> None:
+    def step(self, similarity: NDArray[np.int16], seconds: float, searched: SearchRange) -> None:
         """
         Take in a frame.
 
@@ -219,11 +207,7 @@ class PathSearch:
         self.leader = sequence, phase, *searched.place(lane)
 
     def follow(self) -> NDArray[np.int64]:
-        """
-        Trace the path back from the leader.
-
-        :returns: (N, 5), sequence, phase, scale, row and column of the frames, the oldest first.
-        """
+        """Trace the path back from the leader: its states, (N, 5) int64, the oldest first."""
         states = np.empty((len(self.frames), 5), np.int64)
         states[-1] = self.leader
         for index in range(len(states) - 1, 0, -1):
@@ -248,18 +232,17 @@ class PathSearch:
         self._traced = states
         seconds = np.array([frame.seconds for frame in self.frames])
         if seconds[-1] - seconds[0] >= _RATE_SPAN:
-            rate = self._measure(states[:, 1], seconds)
+            # The slope of the phase over time.
+            count, time = self.leading.shape[1], seconds - seconds.mean()
+            strides = np.concatenate([[0], np.cumsum(np.diff(states[:, 1]) % count)]) / count
+            rate = float(time @ strides / (time @ time))
             self.rate = min(max(rate, self._slowest), self._fastest)
         self._followed = self.leader[:2]
         return states
 
     def _leading_template(self) -> tuple[int, int]:
-        """
-        Return sequence and phase of the leader.
-
-        The path followed so far is left only for one that leads by ``switch_margin``, so that
-        equally good half-cycle twins do not alternate.
-        """
+        """Return sequence and phase of the leader."""
+        # The path followed is left only by a margin: equally good twins are not to alternate.
         phases = self.leading.shape[1]
         best = divmod(int(self.leading.argmax()), phases)
         if self._followed is None or len(self.frames) < 2:
@@ -274,13 +257,6 @@ class PathSearch:
         kept = divmod(int(alike.argmax()), phases)
         lead = int(self.leading[best]) - int(self.leading[kept])
         return kept if lead < UNIT * self._config.switch_margin else best
-
-    def _measure(self, phase: NDArray[np.int64], seconds: NDArray[np.float64]) -> float:
-        """Return the slope of the phase over time in strides per second."""
-        count = self.leading.shape[1]
-        strides = np.concatenate([[0], np.cumsum(np.diff(phase) % count)]) / count
-        time = seconds - seconds.mean()
-        return float(time @ strides / (time @ time))
 
 
 def view_changes(

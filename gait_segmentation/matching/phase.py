@@ -28,7 +28,6 @@ class PhaseFinder:
     """
 
     def __init__(self, bank: TemplateBank, config: MatchingConfig) -> None:
-        """Start without a frame."""
         self._views = fine_views(bank)
         self._evidence = FineEvidence(self._views, bank.fill)
         self._body = SteadyBody()
@@ -76,16 +75,12 @@ class PhaseFinder:
         self.clock.correct(self._evidence.at(likelihood, known, body, around, phase, wanted))
 
 
-_FRAMES = 20
-_LONGEST_S = 0.8
-"""How many frames, and how much time, a line is drawn through."""
+_FRAMES, _LONGEST_S = 20, 0.8  # how many frames, and how much time, a line is drawn through
+# Share of the height, of the place or of the height itself, from which on a body has jumped.
 _JUMP = 0.25
-"""Share of the height, of the place or of the height itself, from which on a body has jumped."""
+# Time in which a motion must show to be trusted, across, down and in height: seconds that stand
+# still are added.  Walkers cross the image faster than they sink or grow in it.
 _STILL = (0.04, 0.12, 0.12)
-"""
-Time in which a motion must show to be trusted, across, down and in height: seconds that stand
-still are added.  Walkers cross the image faster than they sink or grow in it.
-"""
 
 
 class SteadyBody:
@@ -97,16 +92,10 @@ class SteadyBody:
     """
 
     def __init__(self) -> None:
-        """Start without a body."""
         self._last: deque[tuple[float, float, float, float]] = deque(maxlen=_FRAMES)
 
     def smooth(self, body: BodyFrame, seconds: float) -> BodyFrame:
-        """
-        Return the smoothed body.
-
-        :param body: the body of a frame.
-        :param seconds: its time, later than the last one.
-        """
+        """Return the smoothed body of a frame, whose time is later than the last one's."""
         size = math.log(body.height)
         if self._last:
             _, x, y, tall = self._last[-1]
@@ -131,10 +120,10 @@ class SteadyBody:
         return dataclasses.replace(body, center_x=x, center_y=y, height=math.exp(tall))
 
 
+# Cosine of the azimuth above which it can be seen which leg is nearer.
 _TURNED = math.cos(math.radians(60.0))
-"""Cosine of the azimuth above which it can be seen which leg is nearer."""
+# Strides by which a phase may lie behind the last one and be taken for a stand-still.
 _WAITS = 0.25
-"""Strides by which a phase may lie behind the last one and be taken for a stand-still."""
 
 
 class NearLeg:
@@ -147,7 +136,6 @@ class NearLeg:
     """
 
     def __init__(self) -> None:
-        """Start without a frame."""
         self._right: bool | None = None
         self._last: float | None = None
         self._before: tuple[float, float] | None = None
@@ -187,8 +175,7 @@ class NearLeg:
         return phase
 
 
-_TOLERANCE = 0.05
-"""Strides to either side of a phase that is called right."""
+_TOLERANCE = 0.05  # strides to either side of a phase that is called right
 
 
 def phase_near(belief: NDArray[np.float64], phase: float) -> tuple[float, float]:

@@ -18,8 +18,7 @@ from gait_segmentation.matching.path import WIDEST, Views
 from gait_segmentation.matching.placements import antialiasing_side, resampled
 
 _FINE_REACH = 3
-_ERROR = math.radians(7.0)
-"""By how much the view a path begins with is wrong, standard deviation."""
+_ERROR = math.radians(7.0)  # by how much the view a path begins with is wrong, standard deviation
 
 HEIGHTS = (0.975, 1.0, 1.025)
 """Factors on the height of the body that are compared."""
@@ -28,10 +27,9 @@ ROWS = (-1, 0, 1)
 Shifts down, in halves of the views' pixels, that are compared.  Of as many shifts to the right
 the best one counts.
 """
-_MARGIN = 2
-"""Samples about the grid on each side, by which it can be shifted."""
+_MARGIN = 2  # samples about the grid on each side, by which it can be shifted
+# Least difference of the mean likelihoods inside and outside that tells anything.
 _LEAST_CONTRAST = 0.05 * 255
-"""Least difference of the mean likelihoods inside and outside that tells anything."""
 _AROUND = np.ones((3, 3), np.uint8)
 _ALL = 255
 
@@ -114,11 +112,7 @@ class FineEvidence:
     """
 
     def __init__(self, views: FineViews, fill: float) -> None:
-        """
-        Keep the templates.
-
-        :param fill: share of the rows the body takes.
-        """
+        """Keep the templates, of whose rows the body takes the share ``fill``."""
         self._views, self._fill = views, fill
         self._chosen: tuple[int, ...] = ()
 
@@ -195,13 +189,7 @@ class FineEvidence:
 def _levels(
     values: Floats, seen: Floats | None, template: NDArray[np.uint8]
 ) -> tuple[float, float] | None:
-    """
-    Return the mean likelihood well inside the person and well outside, None if too alike.
-
-    At the outline the template need not fit yet.
-
-    :param values: (h, w) float32 up to 255, and ``seen`` in 0..1: what is known of each pixel.
-    """
+    """Return mean likelihoods well inside the person and well outside, None if too alike."""
     if seen is not None:
         # The values are 0 where nothing is known; where half is, they are half as large.
         values = values / np.maximum(seen, np.float32(0.25))
@@ -232,16 +220,8 @@ def _paired(images: NDArray[np.uint8]) -> Floats:
 def _compare(  # type: ignore[no-untyped-def]
     templates, squares, values, seen, levels, part, wanted, weights, result
 ):
-    """
-    Put minus half the least sum of squared differences of each template into ``result``.
-
-    Not by matrix products: those of BLAS wait for each other's threads where cores are busy.
-
-    :param templates: (V, P, n) float32, and ``squares`` (V, P) the sums of their squares.
-    :param values: (S, h, w) float32, and ``seen`` likewise, or (0, h, w) if all is known.
-    :param levels: values that mean 1 and 0.
-    :param part: first row and column, and numbers of rows and columns that the templates have.
-    """
+    """Put minus half the least sums of squared differences of the templates into ``result``."""
+    # Not by matrix products: those of BLAS wait for each other's threads where cores are busy.
     top, left, height, width = part
     person, ground = np.float32(levels[0]), np.float32(levels[1])
     scale, half, all_seen = np.float32(1) / (person - ground), np.float32(0.5), len(seen) == 0

@@ -18,33 +18,26 @@ from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
 
-_RATES = 14
-"""Rates of the grid, the first of which is standing."""
+_RATES = 14  # rates of the grid, the first of which is standing
+# Strides per second of adults, 110 steps/min, and the standard deviation of its logarithm.
 _USUAL_RATE, _SPREAD = 0.92, 0.2
-"""Strides per second of adults, 110 steps/min, and the standard deviation of its logarithm."""
-_STANDING = 0.05
-"""Share of people who stand."""
-_RATE_DIFFUSION = 0.1
-"""Standard deviation by which the logarithm of the rate changes in a second."""
+_STANDING = 0.05  # share of people who stand
+_RATE_DIFFUSION = 0.1  # standard deviation by which the logarithm of the rate changes in a second
+# Least distance of the logarithms of neighbouring rates; the usual one is 0.08.
 _LEAST_SPACING = 1e-6
-"""Least distance of the logarithms of neighbouring rates; the usual one is 0.08."""
+# Share of the belief that returns to the prior in a second: people stop, or the view is wrong.
 _RENEWAL = 0.02
-"""Share of the belief that returns to the prior in a second: people stop, or the view is wrong."""
+# Evidence that is worth a factor of e.  Flipped pixels alone would give about 8; errors of real
+# likelihoods are alike in neighbouring pixels.
 _NOISE = 12.0
-"""
-Evidence that is worth a factor of e.  Flipped pixels alone would give about 8; errors of real
-likelihoods are alike in neighbouring pixels.
-"""
+# Share of the belief in a view, height or row that goes to each neighbour in a second.
 _CELL_DIFFUSION = 2.0
-"""Share of the belief in a view, height or row that goes to each neighbour in a second."""
-_UNLIKELY = 3e-3
-"""Views and placements less likely than this are not compared."""
+_UNLIKELY = 3e-3  # views and placements less likely than this are not compared
+# Share of the belief that is spread over all views and placements when the views are moved.
 _ANYWHERE = 0.01
-"""Share of the belief that is spread over all views and placements when the views are moved."""
+# Time after which frames tell nothing more of an earlier one, as synthetic walkers show.
 _LATER_S = 0.5
-"""Time after which frames tell nothing more of an earlier one, as synthetic walkers show."""
-_FLOOR = float(np.exp(-12.0))
-"""No frame is worth more than this."""
+_FLOOR = float(np.exp(-12.0))  # no frame is worth more than this
 
 
 @dataclass(frozen=True)
@@ -182,12 +175,7 @@ class PhaseFilter:
         return np.asarray(back / back.max())
 
     def _transition(self, passed: float) -> tuple[NDArray[np.complex128], float, float]:
-        """
-        Return what a time does to phase and rate.
-
-        :returns: how the phase of each rate moves on, (R, P / 2 + 1), as a spectrum; the share
-            that neighbouring rates exchange; and that which does not return to the prior.
-        """
+        """Return the turns of the rates (R, P / 2 + 1), share exchanged, and share not renewed."""
         turn = np.exp(-1j * np.outer(self._rates * passed, self._waves))
         share = min(0.3, 0.5 * _RATE_DIFFUSION**2 * passed / self._spacing**2)
         return np.asarray(turn), share, math.exp(-_RENEWAL * passed)

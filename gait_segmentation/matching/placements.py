@@ -34,13 +34,10 @@ ordinary search has 147.
 """
 
 _ALL = 255
+# How far from the template the person may reach, in body heights: clothes, bags, hands.
 _REACH = 0.12
-"""How far from the template the person may reach, in body heights: clothes, bags, hands."""
-_LIKELY = 190
-"""Likelihood from which on pixels are taken for the person's."""
-_LEAST = 0.02
-"""Length of a row or column of them that is more than noise, in body heights."""
-
+_LIKELY = 190  # likelihood from which on pixels are taken for the person's
+_LEAST = 0.02  # length of a row or column of them that is more than noise, in body heights
 _EVERY_HEIGHT = slice(None)
 
 Place = tuple[int, int, int]
@@ -82,11 +79,7 @@ class SearchRange:
         return self.first[0] + scale, self.first[1] + row, self.first[2] + column
 
     def about(self, place: Place, reach: Place) -> SearchRange:
-        """
-        Return the part of this range about a placement, of the same size wherever that is.
-
-        :param reach: how many placements to either side it has, as far as there are as many.
-        """
+        """Return the part up to ``reach`` about a placement, of the same size wherever that is."""
         shape = tuple(min(2 * r + 1, n) for r, n in zip(reach, self.shape, strict=True))
         first = tuple(
             min(max(at - r, start), start + whole - part)
@@ -135,12 +128,7 @@ class WindowGrid:
         return slice(top, top + self.height), slice(left, left + self.width)
 
     def areas(self, images: NDArray[np.uint8]) -> NDArray[np.int32]:
-        """
-        Return the sums over all windows.
-
-        :param images: (S, *self.image_shape) uint8.
-        :returns: (S, rows, columns) int32.
-        """
+        """Sum up (S, *self.image_shape) uint8 over all windows: (S, rows, columns) int32."""
         sums = np.stack([cv2.integral(image) for image in images])
         rows = self.step * np.arange(self.rows)[:, None]
         columns = self.step * np.arange(self.columns)
@@ -163,12 +151,7 @@ class PlacementGrid:
     """
 
     def __init__(self, grid: tuple[int, int], fill: float, config: MatchingConfig) -> None:
-        """
-        Lay out the placements.
-
-        :param grid: (H, W) of the templates.
-        :param fill: share of the rows the body takes.
-        """
+        """Lay out placements for an (H, W) grid, of whose rows a body takes the share ``fill``."""
         self.body = fill * grid[0]
         """Height of a body on the pixel grid of the templates."""
 
@@ -188,11 +171,7 @@ class PlacementGrid:
         """Body heights over that of the box."""
 
     def placement(self, scale: float, row: float, column: float, angle: float = 0.0) -> Placement:
-        """
-        Return the placement with an index, which may lie between whole numbers.
-
-        :param angle: tilt of the body's axis in radians, along and across which shifts go.
-        """
+        """Return a placement, also between whole numbers, whose shifts are tilted by radians."""
         factor = math.exp((scale - self.center[0]) * self._log_step)
         across = (column - self.center[2]) * self.shift * factor
         along = (row - self.center[1]) * self.shift * factor
@@ -230,11 +209,7 @@ class PlacementGrid:
 
 
 def antialiasing_side(pitch: float) -> int:
-    """
-    Return the odd side of the box filter, in pixels, after which nothing aliases.
-
-    :param pitch: distance of the samples in pixels of the image, above 0; up to 1 the side is 1.
-    """
+    """Return the odd side of the box filter, in pixels, for samples a pitch of pixels apart."""
     return 2 * math.ceil(pitch / 2 - 0.75) + 1
 
 

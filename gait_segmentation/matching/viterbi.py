@@ -21,10 +21,9 @@ FLOOR = -12000
 Worst score relative to the best: nearly six times a similarity of 1.  Twice of it and what any
 transition costs below it, also a wall, still fit 16 bits.
 """
-_WALL = -FLOOR
-"""Cost of coming from beyond the border: whatever pays it falls to the floor."""
+_WALL = -FLOOR  # cost of coming from beyond the border: whatever pays it falls to the floor
+# Score of body heights there are not: at the floor, also where the best score is negative.
 _NOWHERE = 2 * FLOOR
-"""Score of body heights there are not: at the floor, also where the best score is negative."""
 
 
 @kernel(
@@ -32,18 +31,7 @@ _NOWHERE = 2 * FLOOR
     'UniTuple(i8, 3), i2[:,::1], i4[::1], i2[:,::1]'
 )
 def advance(  # type: ignore[no-untyped-def]
-    old,
-    new,
-    best,
-    fading,
-    phase_cost,
-    near,
-    near_cost,
-    move_cost,
-    shape,
-    similarity,
-    row,
-    leading,
+    old, new, best, fading, phase_cost, near, near_cost, move_cost, shape, similarity, row, leading
 ):
     """
     Compute the scores of a frame from those of the frame before, at the same placements.
@@ -214,17 +202,7 @@ def shifted(before, after, phases, old, new, lanes, shift):  # type: ignore[no-u
     'i2[:,::1], i8, i8[::1], i8[::1]'
 )
 def step_back(  # type: ignore[no-untyped-def]
-    scores,
-    phase_cost,
-    first,
-    shape,
-    lanes,
-    phases,
-    near,
-    near_cost,
-    move_cost,
-    state,
-    result,
+    scores, phase_cost, first, shape, lanes, phases, near, near_cost, move_cost, state, result
 ):
     """
     Find the best predecessor of a state.

@@ -30,32 +30,21 @@ NEUTRAL = 0
 """Bin of the pixels that say nothing, in features that have such pixels."""
 
 _ANGLE_BITS = 5
-_FIRST = 256 >> _ANGLE_BITS
-"""Angles begin here, in the second bin, so that none is neutral."""
-
+_FIRST = 256 >> _ANGLE_BITS  # angles begin here, in the second bin, so that none is neutral
+# Side in pixels of the neighbourhood whose gradients have an orientation, and their mean square,
+# per pixel of distance, below which nothing is said (12 grey levels).
 _SIDE, _LEAST_GRADIENT = 5, 150.0
-"""
-Side in pixels of the neighbourhood whose gradients have an orientation, and their mean square, per
-pixel of distance, below which nothing is said (12 grey levels).
-"""
 
 PERSON, SURROUNDINGS = 1, 0
 """Values of labels; any other is left out."""
 
-_DELTA = 1e-3
-"""Least share of a bin in the ratios, d."""
-
+_DELTA = 1e-3  # least share of a bin in the ratios, d
+# Added to the variances within the classes, so that few pixels do not make a perfect feature.
 _LEAST_SPREAD = 0.05
-"""Added to the variances within the classes, so that few pixels do not make a perfect feature."""
-
+# Features that the likelihood is made of, and mean similarity (0..1) with the first frame's below
+# which nothing is learnt of a frame.
 _CHOSEN, _DRIFT_GATE = 3, 0.6
-"""
-Features that the likelihood is made of, and mean similarity (0..1) with the first frame's below
-which nothing is learnt of a frame.
-"""
-
-_STEP = 2
-"""Step of the pixels that are used to learn and to rank."""
+_STEP = 2  # step of the pixels that are used to learn and to rank
 
 
 @dataclass(frozen=True)
@@ -175,11 +164,7 @@ class FeatureModel:
         return min(float(np.sqrt(self._first * newest[PERSON]).sum()), 1.0)
 
     def adapt(self, newest: NDArray[np.float64]) -> None:
-        """
-        Adapt to the histograms of a frame, the person's the less the less it is as at first.
-
-        :param newest: see :func:`class_histograms`.
-        """
+        """Adapt to :func:`class_histograms`, the person's the less the less it is as at first."""
         if newest.sum(axis=1).min() <= 0:
             return
         current = newest[PERSON]
@@ -204,11 +189,7 @@ class FeatureModel:
 
 
 class FeatureSelector:
-    """
-    Learns the pool for one person and makes the likelihood of the best features.
-
-    ``features`` holds all features as they were ranked last, best first.
-    """
+    """Learns the pool for one person; its ``features`` are as ranked last, best first."""
 
     def __init__(self) -> None:
         self._models = {

@@ -25,31 +25,19 @@ from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.kernels import kernel
 from gait_segmentation.paper.vocabulary import Vocabulary
 
-_SOBEL_GAIN = 8.0
-"""Response of a 3 x 3 Sobel filter to a ramp of one level a pixel."""
-
+_SOBEL_GAIN = 8.0  # response of a 3 x 3 Sobel filter to a ramp of one level a pixel
+# Canny's thresholds on a silhouette's gradient, levels a pixel.
 _SILHOUETTE_LOW, _SILHOUETTE_HIGH = 15.0, 40.0
-"""Canny's thresholds on a silhouette's gradient, levels a pixel."""
-
-_IMAGE_LOW, _IMAGE_HIGH = 0.66, 1.33
-"""Canny's thresholds on an image over its median grey level."""
-
-_NOISE = 1.0
-"""Gradients of fewer levels a pixel are noise, also in the dark."""
-
+_IMAGE_LOW, _IMAGE_HIGH = 0.66, 1.33  # Canny's thresholds on an image over its median grey level
+_NOISE = 1.0  # gradients of fewer levels a pixel are noise, also in the dark
+# Sigma of the Gaussian over a silhouette: a share of the body's height, within limits in pixels.
 _SMOOTH_SHARE, _SMOOTH_LEAST, _SMOOTH_MOST = 0.012, 0.5, 1.5
-"""Sigma of the Gaussian over a silhouette: a share of the body's height, within limits in pixels.
-"""
-
+# What an edge of a wrong word is further away, in body heights (times paper_orientation).
 _WRONG_WORD = 0.03
-"""What an edge of a wrong word is further away, in body heights (times paper_orientation)."""
-
+# How near (body heights) and how parallel an image edge must be to confirm the outline.
 _CONFIRM_REACH, _CONFIRM_ANGLE = 0.015, math.radians(30)
-"""How near (body heights) and how parallel an image edge must be to confirm the outline."""
-
 _LARGEST_EVIDENCE = 10.0
-_LINKS = 4 + 4 / math.sqrt(2)
-"""Sum of 1 / distance over the eight neighbours."""
+_LINKS = 4 + 4 / math.sqrt(2)  # sum of 1 / distance over the eight neighbours
 
 
 class EdgePoints(NamedTuple):
@@ -243,11 +231,7 @@ def _stamp(
     table: NDArray[np.float32],
     squares: NDArray[np.float32],
 ) -> None:
-    """
-    Lower the squared distances about every point to those from it.
-
-    With few points and a cap this is faster than one transform of the image for each word.
-    """
+    """Lower squared distances to those from each point: sooner than a transform a word."""
     _, height, width = squares.shape
     reach = table.size // 2
     for index in range(rows.size):

@@ -26,7 +26,6 @@ from gait_segmentation.kernels import kernel
 
 FORMAT = 'gait_segmentation vocabulary'
 FORMAT_VERSION = 1
-_DEFAULT_FILE = Path(__file__).with_name('vocabulary.json')
 
 
 class VocabularyError(GaitSegmentationError):
@@ -57,7 +56,6 @@ class Vocabulary:
     provenance: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Check that the parts fit together."""
         words = len(self.weights)
         if words == 0:
             raise VocabularyError('a vocabulary must have at least one word, got none')
@@ -129,12 +127,7 @@ class Vocabulary:
         return z
 
     def posteriors(self, features: NDArray[np.float32]) -> NDArray[np.float32]:
-        """
-        Return how probable each word is at each point.
-
-        :param features: (n, 4) float32 from :meth:`features`.
-        :returns: (n, K) float32, rows add up to 1.
-        """
+        """Return how probable words are, (n, K) float32, by (n, 4) float32 of :meth:`features`."""
         logs = self._log_densities(features)
         logs -= logs.max(axis=1, keepdims=True)
         np.exp(logs, out=logs)
@@ -190,12 +183,8 @@ class Vocabulary:
 
 @functools.cache
 def default_vocabulary() -> Vocabulary:
-    """
-    Return the shipped vocabulary: ten words, learnt from silhouettes of the gait model.
-
-    :raises VocabularyError: if the installation is damaged.
-    """
-    return Vocabulary.load(_DEFAULT_FILE)
+    """Return the shipped ten words; VocabularyError if the installation is damaged."""
+    return Vocabulary.load(Path(__file__).with_name('vocabulary.json'))
 
 
 @kernel('f4[:,::1], f4[:,:,::1], f4[:,::1], f4[::1], f4[:,::1]')

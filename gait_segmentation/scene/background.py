@@ -20,28 +20,18 @@ _SAMPLE_STEP = 3
 SURE_COUNT = 2.0
 """Times a pixel was seen to be sure what is there."""
 
+# Half the squared distance in ``sigma`` that says nothing, evidence per step, and its limit, which
+# is reached four ``sigma`` away.
 _NEUTRAL, _GAIN, _LIMIT = 4.0, 0.75, 3.0
-"""
-Half the squared distance in ``sigma`` that says nothing, evidence per step, and its limit, which
-is reached four ``sigma`` away.
-"""
-
 _WARP_DECAY = 0.98
 _LEAST_SAMPLES = 50
-
-_STEEP = 4.0
-"""Slope per pixel, in ``sigma``, from which residuals tell of a wrong place."""
-
-_NOISE_PLACE = 0.25
-"""What noise alone makes of steep pixels, in pixels."""
-
+_STEEP = 4.0  # slope per pixel, in ``sigma``, from which residuals tell of a wrong place
+_NOISE_PLACE = 0.25  # what noise alone makes of steep pixels, in pixels
 _PLACE_RATE = 0.5
+# Pixels by which a frame must be off more than those before to be a jolt: more than drift.
 _JOLT = 0.5
-"""Pixels by which a frame must be off more than those before to be a jolt: more than drift."""
-
+# Standard deviation of normal residuals over the median of their absolute values.
 _OF_MEDIAN = 1.4826
-"""Standard deviation of normal residuals over the median of their absolute values."""
-
 _SIGMA_START, _SIGMA_LOW, _SIGMA_HIGH = 5.0, 2.5, 14.0
 
 
@@ -145,11 +135,7 @@ class BackgroundModel:
         self.sums[where > 0] = 0
 
     def fade(self, textured: bool) -> None:
-        """
-        Go on as if all that was seen had been grey, of the same lightness.
-
-        :param textured: whether gradient energy stands for colours, which is that of the mean.
-        """
+        """Go on as if all had been grey, as light; with ``textured`` gradients are its colours."""
         mean = np.full((*self.sums.shape[:2], 3), NO_CHROMA, np.uint8)
         mean[..., 0] = np.rint(self.mean[..., 0])
         if textured:
@@ -179,11 +165,7 @@ class BackgroundModel:
     def moved(
         self, steps: Sequence[WorldMotion], windows: Sequence[Window] | None = None
     ) -> BackgroundModel:
-        """
-        Return the model as it looks after some motions of the world; this one if it stays.
-
-        :param steps: from each frame to the next, oldest first.
-        """
+        """Return the model after motions of the world, oldest first; this one if it stays."""
         moves = sum(step.camera is not None for step in steps)
         if moves == 0:
             return self
@@ -326,14 +308,8 @@ def _sample_residuals(
     residuals: NDArray[np.float32],
     places: NDArray[np.float32],
 ) -> tuple[int, int]:
-    """
-    Put residuals of known pixels one after the other, and those of lightness over its slope.
-
-    Without branches: what does not count is written over by what comes next.
-
-    :param steep: least slope per pixel that counts.
-    :returns: how many there are of each.
-    """
+    """Collect residuals, and those of lightness over steep slopes; return how many."""
+    # Without branches: what does not count is written over by what comes next.
     found = steeps = 0
     one, least = np.float32(1), np.float32(steep * steep)
     for row in range(top, bottom, _SAMPLE_STEP):
@@ -368,11 +344,7 @@ def _weigh(
     shadow_floor: float,
     out: NDArray[np.float32],
 ) -> None:
-    """
-    Fill in log-odds that pixels are not the background, from a pixel of ``sums`` on.
-
-    Without branches, so that many pixels are done at once.
-    """
+    """Fill in log-odds of not being background, from a pixel of ``sums`` on."""
     one, zero = np.float32(1), np.float32(0)
     # Seen that often, though hidden for a time since.
     sure = np.float32(SURE_COUNT - 0.5)

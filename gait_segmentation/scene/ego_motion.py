@@ -19,67 +19,37 @@ from gait_segmentation.images import Window, bounding_box, median
 from gait_segmentation.scene.working import Pyramid
 from gait_segmentation.scene.world_motion import WorldMotion
 
+# Corners that are sought of the world, and about how many points of a body are followed.
 _MOST_OF_WORLD, _ON_BODY = 128, 32
-"""Corners that are sought of the world, and about how many points of a body are followed."""
-
-_LEAST_OF_BODY = 6
-"""Fewer that were found again on a body do not tell its shift."""
-
+_LEAST_OF_BODY = 6  # fewer that were found again on a body do not tell its shift
+# Least distances between two corners of the world, in pixels of half the size, and between two
+# points of a body.
 _WORLD_APART, _BODY_APART = 8, 3
-"""
-Least distances between two corners of the world, in pixels of half the size, and between two
-points of a body.
-"""
-
+# Least strength of a corner of the world; noise of 5 grey levels, also along a straight edge,
+# reaches it.  On the body points of a grid are followed, corners or not: their median is taken.
 _LEAST_STRENGTH = 2e-4
-"""
-Least strength of a corner of the world; noise of 5 grey levels, also along a straight edge,
-reaches it.  On the body points of a grid are followed, corners or not: their median is taken.
-"""
-
-_FOLLOWED = 8
-"""Frames for which corners of the world are followed before new ones are sought."""
-
-_LEAST_FOLLOWED = 40
-"""Fewer corners of the world than this are replaced at once."""
-
+_FOLLOWED = 8  # frames for which corners of the world are followed before new ones are sought
+_LEAST_FOLLOWED = 40  # fewer corners of the world than this are replaced at once
+# How far off a point of a body may end when it is followed back: the window about a point of a
+# small body is larger than the body, and follows what is behind it.
 _ASTRAY_PX = 1.0
-"""
-How far off a point of a body may end when it is followed back: the window about a point of a small
-body is larger than the body, and follows what is behind it.
-"""
-
-_QUALITY = 0.01
-"""Least strength of a corner, as a share of the strongest."""
-
-_SIDE = 11
-"""Side of the window about a point that is compared, in pixels."""
-
+_QUALITY = 0.01  # least strength of a corner, as a share of the strongest
+_SIDE = 11  # side of the window about a point that is compared, in pixels
+# Steps, and the length of a step (pixels) that is the last.
 _UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 10, 0.02)
-"""Steps, and the length of a step (pixels) that is the last."""
-
-_LEAST_POINTS = 8
-_STILL_PX = 0.2
-"""Points that are needed, and the median shift up to which they stand still."""
-
+# Points that are needed, and the median shift up to which they stand still.
+_LEAST_POINTS, _STILL_PX = 8, 0.2
+# How far off a point may be that still counts: little, or slow walkers pull the world along.
 _REACH_PX = 0.5
-"""How far off a point may be that still counts: little, or slow walkers pull the world along."""
-
-_MOST_SAMPLES = 100
-"""Pairs of points tried."""
-
+_MOST_SAMPLES = 100  # pairs of points tried
+# Largest rotation (radians) and zoom from frame to frame that are believed.
 _MOST_TURN, _MOST_ZOOM = 0.2, 1.2
-"""Largest rotation (radians) and zoom from frame to frame that are believed."""
-
+# Share of the corners that must agree on the camera's motion; else it counts as unknown.
 _LEAST_AGREEING = 1 / 3
-"""Share of the corners that must agree on the camera's motion; else it counts as unknown."""
-
 _LEVELS_WORLD, _LEVELS_BODY = range(1, 5), range(3)
-_AWAY = 4
-"""Pixels of half the size that corners of the world are away from people."""
-
+_AWAY = 4  # pixels of half the size that corners of the world are away from people
+# What is at the outline belongs to the surroundings as much as to the body.
 _INNER = np.ones((5, 5), np.uint8)
-"""What is at the outline belongs to the surroundings as much as to the body."""
 
 
 class MotionEstimator:
@@ -91,7 +61,6 @@ class MotionEstimator:
     """
 
     def __init__(self) -> None:
-        """Start without a last frame."""
         self._last: Pyramid | None = None
         self._now: Pyramid | None = None
         self._corners = np.empty((0, 2), np.float32)

@@ -28,42 +28,24 @@ from gait_segmentation.scene.world_motion import WorldMotion
 LEAST_RANGE = 8
 """Grey levels between the darkest and the brightest cell below which nothing can be seen."""
 
+# Pixels across the cells that are compared, in which noise and small motions count little.
 _CELL = 8
-"""Pixels across the cells that are compared, in which noise and small motions count little."""
-
-_DARKEST = 12
-"""Levels from black or white within which a cell may be clipped."""
-
-_LEAST_CELLS = 50
-"""Cells that tell the light; fewer may be one surface, which somebody hides."""
-
+_DARKEST = 12  # levels from black or white within which a cell may be clipped
+_LEAST_CELLS = 50  # cells that tell the light; fewer may be one surface, which somebody hides
+# Share of the cells that must have changed by the same factor, give or take this (as a log).
 _AGREE, _ALIKE = 0.6, 0.15
-"""Share of the cells that must have changed by the same factor, give or take this (as a log)."""
-
+# Least correlation of the levels of cells that show the same place, even through bands.
 _CORRELATION = 0.3
-"""Least correlation of the levels of cells that show the same place, even through bands."""
-
+# Change (as a log) that is left to the models: two levels of 100, as the noise they allow.
 _UNNOTICED = 0.02
-"""Change (as a log) that is left to the models: two levels of 100, as the noise they allow."""
-
+# Periods of flicker in the image: a shutter reads it in 10 to 30 ms, lamps flicker at 100 Hz.
+# Less than a period is not told from a shade.
 _PERIODS = np.arange(1, 3.01, 0.125)
-"""
-Periods of flicker in the image: a shutter reads it in 10 to 30 ms, lamps flicker at 100 Hz.  Less
-than a period is not told from a shade.
-"""
-
+# Weights of blue, green and red in the brightness, as OpenCV has them.
 _GRAY = np.array([0.114, 0.587, 0.299], np.float32)
-"""Weights of blue, green and red in the brightness, as OpenCV has them."""
-
-_LEFT_OUT = 0.005
-"""Share of the levels at either end that does not count."""
-
-_FULL = 128.0
-"""Levels that a picture which needs no spreading uses at least."""
-
-_MOST = 4.0
-"""Largest factor; beyond it noise is most of what is spread."""
-
+_LEFT_OUT = 0.005  # share of the levels at either end that does not count
+_FULL = 128.0  # levels that a picture which needs no spreading uses at least
+_MOST = 4.0  # largest factor; beyond it noise is most of what is spread
 _Floats = NDArray[np.float32]
 _Wave = tuple[float, float, float]
 
@@ -96,12 +78,7 @@ class Light:
         return np.exp(self._logs)
 
     def measure(self, image: NDArray[np.uint8], *, gray: bool = False) -> None:
-        """
-        Take in a frame; one in which nothing can be seen says nothing.
-
-        :param image: (h, w, 3) uint8 BGR.
-        :param gray: whether its channels are all the same.
-        """
+        """Take in a frame, (h, w, 3) uint8 BGR; ``gray`` if its channels are all the same."""
         rows, columns = (max(size // _CELL, 1) for size in image.shape[:2])
         part = image[: rows * _CELL, : columns * _CELL]
         cells = np.asarray(cv2.resize(part, (columns, rows), interpolation=cv2.INTER_AREA))
@@ -113,12 +90,7 @@ class Light:
             self._now = self.undone(cells)
 
     def follow(self, motion: WorldMotion, people: NDArray[np.uint8]) -> None:
-        """
-        Remember what the newest frame shows.
-
-        :param motion: of the world since the frame before.
-        :param people: (h, w) uint8, non-zero where people or other things may move.
-        """
+        """Remember the newest frame, moved on, but for people: non-zero in (h, w) uint8."""
         if self._now is None:
             return
         now, self._now = self._now, None
@@ -186,7 +158,6 @@ class Contrast:
     """Spreads the levels of a stream as its first picture needs it, so that models stay valid."""
 
     def __init__(self) -> None:
-        """Begin without having seen a picture."""
         self._curve: NDArray[np.uint8] | None = None
         self._known = False
 
@@ -226,16 +197,9 @@ def _log_ratios(known: _Floats, now: _Floats) -> _Floats:
 
 
 def _wave_in(logs: _Floats, use: NDArray[np.bool_]) -> _Wave | None:
-    """
-    Return the wave in the logs of gains down the image, None if there is none.
-
-    Lamps flicker on the left as on the right, and in waves; what does not is something else: what
-    changes on one side only leaves as much that a wave does not tell as it tells.
-
-    :param logs: (h, w), of the cells.
-    :param use: (h, w), those that tell anything.
-    """
-    # A column in the middle is on both sides, so that none is empty.
+    """Return the wave in the logs of gains (h, w) down the image, None if there is none."""
+    # Lamps flicker on the left as on the right: what changes on one side only leaves as much that
+    # a wave does not tell as it tells.  A column in the middle is on both sides: none is empty.
     middle = logs.shape[1] // 2
     medians = []
     for side in (np.s_[:, : middle + 1], np.s_[:, middle:]):

@@ -36,20 +36,14 @@ MOST_KEPT = 16
 MOTION_GAP = 4
 """Frames between the two that motion is seen by."""
 
-_LEAST_SHOWN = 0.1
-"""Share of the known background below which a frame shows something else."""
-
-_GAP = 3
-"""Frames between the two that tell what moves and is not learnt."""
-
+_LEAST_SHOWN = 0.1  # share of the known background below which a frame shows something else
+_GAP = 3  # frames between the two that tell what moves and is not learnt
+# Change that is motion: grey levels, and spreads of a still pixel on top.
 _LEVEL, _SPREADS = 6.0, 2.0
-"""Change that is motion: grey levels, and spreads of a still pixel on top."""
-
+# What is left of the count of a pixel that looks otherwise although nothing moves there.
 _FADE = 0.5
-"""What is left of the count of a pixel that looks otherwise although nothing moves there."""
-
+# Side in pixels of the squares that changes are averaged over and that motion is widened by.
 _SIDE = 5
-"""Side in pixels of the squares that changes are averaged over and that motion is widened by."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,22 +84,13 @@ NOWHERE = Whereabouts()
 
 
 class View:
-    """
-    The scene at one scale, about the people who are tracked at it.
-
-    ``background`` is what it looks like in the newest frame.
-    """
+    """The scene at one scale, with the ``background`` as it looks in the newest frame."""
 
     is_whole = False
     """Whether people are looked for in it, whoever is tracked."""
 
     def __init__(self, source: tuple[int, int], scale: float) -> None:
-        """
-        Make a view of which nothing is known.
-
-        :param source: (H, W) of the source images.
-        :param scale: from source to working pixels.
-        """
+        """Begin with nothing known of (H, W) images; ``scale`` is from these to working pixels."""
         self.source, self.scale = source, scale
         self.shape = working_shape(*source, scale)
         self.background = BackgroundModel(self.shape)
@@ -170,11 +155,7 @@ class View:
         return people
 
     def expect(self, image: WorkingImage, motion: WorldMotion, where: Whereabouts) -> float | None:
-        """
-        Carry the background on to a frame, which :meth:`accept` then takes in.
-
-        :returns: the share of it that the frame shows, None if few pixels tell.
-        """
+        """Carry the background on to a frame; return the share that it shows, None if few tell."""
         windows = windows_about(() if where.everywhere else where.areas, motion, self.shape)
         background = self.background.moved([motion], windows)
         self._expected = background, windows
@@ -250,11 +231,7 @@ class View:
         self.background.add(lab, hidden, windows)
 
     def _add_moving(self, people: NDArray[np.uint8], frame: Frame) -> None:
-        """
-        Add to people, (h, w) uint8, what else moves against the world in the windows of a frame.
-
-        Nothing is added if there is no earlier frame.
-        """
+        """Add to people, (h, w) uint8, what else moves against the world."""
         frames = list(self.frames)
         index = frames.index(frame)
         if index == 0:
@@ -273,11 +250,7 @@ class View:
 
 
 class WholeView(View):
-    """
-    The scene all over the image, in which people are looked for.
-
-    Its background is moved along only when it is learnt, since each motion blurs it.
-    """
+    """The scene all over the image; its background moves only when learnt, as motion blurs it."""
 
     is_whole = True
 
@@ -313,11 +286,7 @@ class WholeView(View):
         return smooth
 
     def add_all(self, hidden: NDArray[np.uint8]) -> None:
-        """
-        Learn the background from the newest frame.
-
-        :param hidden: (h, w) uint8, non-zero where it cannot be seen.
-        """
+        """Learn the newest frame, but what is not zero in ``hidden``, (h, w) uint8."""
         self.background = model = self.background.moved([self._since])
         self._since, lab = WorldMotion(), self.now.image.lab
         model.measure_noise(lab, hidden, [self.all])

@@ -15,11 +15,8 @@ from gait_segmentation.colour import gray_lab, is_gray
 from gait_segmentation.images import Window, shrink
 from gait_segmentation.scene.light import LEAST_RANGE, Contrast, Light
 
-_CELLS = 3
-"""Halvings that make a cell a pixel."""
-
-_ALIKE = 0.5
-"""Correlation of the cells of two pictures from which they may show the same place."""
+_CELLS = 3  # halvings that make a cell a pixel
+_ALIKE = 0.5  # correlation of the cells of two pictures from which they may show the same place
 
 
 class Pyramid:
@@ -42,7 +39,11 @@ class Pyramid:
     def image(self, level: int) -> NDArray[np.uint8]:
         """Return the image halved as often as ``level`` says."""
         while len(self._images) <= level:
-            self._images.append(_halved(self._images[-1]))
+            gray = self._images[-1]
+            # Means of 2 x 2 pixels, without the last row or column of an odd number.
+            size = (max(gray.shape[1] // 2, 1), max(gray.shape[0] // 2, 1))
+            part = gray[: 2 * size[1], : 2 * size[0]]
+            self._images.append(np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA)))
         return self._images[level]
 
     @property
@@ -154,10 +155,3 @@ def working_scale(
 def working_shape(height: int, width: int, scale: float) -> tuple[int, int]:
     """Return (h, w) of the working image of a source of the given size."""
     return max(1, round(height * scale)), max(1, round(width * scale))
-
-
-def _halved(gray: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return means of 2 x 2 pixels, without the last row or column of an odd number."""
-    size = (max(gray.shape[1] // 2, 1), max(gray.shape[0] // 2, 1))
-    part = gray[: 2 * size[1], : 2 * size[0]]
-    return np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA))

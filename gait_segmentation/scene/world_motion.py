@@ -15,11 +15,9 @@ from numpy.typing import NDArray
 from gait_segmentation.images import Window
 
 _STILL = np.eye(3)
-
+# From positions to indices of pixels, whose centres are half a pixel on, and back.
 _TO_INDEX = np.array([[1, 0, -0.5], [0, 1, -0.5], [0, 0, 1]])
 _FROM_INDEX = np.array([[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]])
-"""From positions to indices of pixels, whose centres are half a pixel on, and back."""
-
 _Pixel = TypeVar('_Pixel', np.uint8, np.float32)
 
 
@@ -35,11 +33,7 @@ class WorldMotion:
 
     @classmethod
     def over(cls, steps: Iterable[WorldMotion]) -> WorldMotion:
-        """
-        Return the motion over several frames.
-
-        :param steps: from each frame to the next, oldest first.
-        """
+        """Return the motion over several frames, from each to the next, oldest first."""
         total = None
         for step in steps:
             if step.camera is not None:

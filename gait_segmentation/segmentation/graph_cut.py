@@ -32,16 +32,13 @@ CAPACITY = 256
 """Integer capacity of an energy of one."""
 
 _TABLE_END = 8.0
-_EXP = np.exp(-np.linspace(0, _TABLE_END, 1024, dtype=np.float32))
-"""exp(-x) for x up to its end."""
-
+_EXP = np.exp(-np.linspace(0, _TABLE_END, 1024, dtype=np.float32))  # exp(-x) for x up to its end
 _FORWARD = ((0, 1), (1, 0), (1, 1), (1, -1))
 STEPS = np.array([*_FORWARD, *((-row, -column) for row, column in _FORWARD)], np.int64)
 """(8, 2) int64, rows and columns to the neighbours of a pixel: four after it, and the opposite
 ones before it; the first two of four are straight."""
 
-_SURE, _NEAR_PX = 2.0, 2
-"""Log-odds that are sure, and how far about a pixel all must be."""
+_SURE, _NEAR_PX = 2.0, 2  # log-odds that are sure, and how far about a pixel all must be
 
 
 @dataclass(frozen=True)
@@ -63,11 +60,7 @@ class OpenGraph:
 
 
 def open_graph(fixed: NDArray[np.int8]) -> OpenGraph:
-    """
-    Return the graph of the open pixels, without links.
-
-    :param fixed: (h, w) int8, +1 or -1 where label 1 or 0 is fixed, 0 where open.
-    """
+    """Return the graph of the open pixels: 0 in (h, w) int8; +1 or -1 where a label is fixed."""
     pixels = np.empty(fixed.size - cv2.countNonZero(fixed), np.int32)
     beside = np.full((len(pixels) + 1, ARCS), len(pixels), np.int32)
     _find_open(fixed, pixels, beside)
@@ -167,11 +160,7 @@ def _weigh(
 
 
 def mean_contrast(graph: OpenGraph, image: NDArray[np.uint8]) -> float:
-    """
-    Return the mean squared contrast of the links.
-
-    :param image: (h, w, 3) uint8.
-    """
+    """Return the mean squared contrast of the links in an image, (h, w, 3) uint8."""
     links = np.empty_like(graph.links)
     image = np.ascontiguousarray(image)
     return float(_squares(image, graph.pixels, graph.beside, links))
@@ -277,17 +266,7 @@ def _settle(
     terminal: NDArray[np.int32],
     pairs: NDArray[np.int32],
 ) -> tuple[int, int]:
-    """
-    Settle nodes whose t-link is worth all their links to others, and list what is left.
-
-    Their labels are those of the cut; they are folded into the t-links of their neighbours, of
-    which more are settled then.
-
-    :param settled: (N + 3,) int8, for the labels +1 and -1 that are found, 0 where none is.
-    :param terminal: (N,) int32, for the t-links of the nodes left, above 0 for label 1.
-    :param pairs: (3, 4 N) int32, for the pairs of these that are linked, and their capacities.
-    :returns: how many nodes and pairs are left.
-    """
+    """Settle nodes whose t-link is worth all their links; list the nodes and pairs left."""
     count = len(logit)
     # What is fixed, and what is beyond the window, to which links are 0.
     settled[:count], settled[count], settled[count + 1], settled[count + 2] = 0, 1, -1, 1

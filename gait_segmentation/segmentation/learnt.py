@@ -16,32 +16,22 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import BANDS, ColourModel, body_rows, colour_bins
 from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
 
-_BAND_SHARE = 0.6
-"""Weight of a band and its neighbours beside the whole body."""
-
+_BAND_SHARE = 0.6  # weight of a band and its neighbours beside the whole body
 _FLOOR = 1e-4
-_KEPT = 0.9
-"""Weight of a frame over that of the one after it."""
-
-_LIMIT = 4.0
-"""Largest log-odds of a colour."""
-
-_FROM_LIKELIHOOD = 0.3
-"""Weight of the likelihood in what is learnt beside that of the cut."""
-
+_KEPT = 0.9  # weight of a frame over that of the one after it
+_LIMIT = 4.0  # largest log-odds of a colour
+_FROM_LIKELIHOOD = 0.3  # weight of the likelihood in what is learnt beside that of the cut
+# Rows and columns of the map of the body, and the share of them that its height takes.
 _SIDE, _FILL = 96, 0.75
-"""Rows and columns of the map of the body, and the share of them that its height takes."""
-
+# Share of a frame in the running mean: what is likely from now on counts after fourteen frames, in
+# which a wide thing that stays behind has moved on.
 _RATE = 0.05
-"""Share of a frame in the running mean: what is likely from now on counts after fourteen frames,
-in which a wide thing that stays behind has moved on."""
 
 
 class LearntColours:
     """Running histograms of surroundings and person by height on the body, over ten frames."""
 
     def __init__(self) -> None:
-        """Start without having seen anything."""
         self._models = tuple(ColourModel(_BAND_SHARE, _FLOOR) for _ in range(2))
         self._frames = 0
 
@@ -82,12 +72,7 @@ class LearntColours:
             model.accumulate(bins, rows, np.ascontiguousarray(weight, np.float32), rate)
 
     def odds(self, lab: NDArray[np.uint8], body: BodyFrame) -> NDArray[np.float32]:
-        """
-        Return the log-odds of each pixel's colour, (h, w) float32.
-
-        :param lab: (h, w, 3) uint8, the colours.
-        :param body: the body in its pixels.
-        """
+        """Return log-odds, (h, w) float32, of the colours of (h, w, 3) uint8 Lab about a body."""
         if not all(model.body_histogram().any() for model in self._models):
             return np.zeros(lab.shape[:2], np.float32)
         bins = colour_bins(lab)
@@ -105,7 +90,6 @@ class MeanLikelihood:
     """
 
     def __init__(self) -> None:
-        """Begin with zeros."""
         self._mean = np.zeros((_SIDE, _SIDE), np.float32)
 
     def at(self, body: BodyFrame, shape: tuple[int, ...]) -> NDArray[np.bool_]:
@@ -114,12 +98,7 @@ class MeanLikelihood:
         return np.asarray(cv2.warpAffine(self._mean, matrix, (shape[1], shape[0])) > 0.5)
 
     def add_frame(self, likelihood: NDArray[np.uint8], body: BodyFrame) -> None:
-        """
-        Update the mean with a frame.
-
-        :param likelihood: (h, w) uint8, 255 = surely person.
-        :param body: the body in its pixels.
-        """
+        """Update the mean with a likelihood, (h, w) uint8, and the body in its pixels."""
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         now = cv2.warpAffine(likelihood, _matrix(body), (_SIDE, _SIDE), flags=flags)
         cv2.accumulateWeighted(now / np.float32(255), self._mean, _RATE)

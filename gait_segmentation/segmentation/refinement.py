@@ -19,14 +19,11 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.images import distance_from, shrink
 from gait_segmentation.segmentation.graph_cut import contrast_links, minimum_cut, open_graph
 
+# Summed support of a part, as a share of the best one's, from which it may stay.
 _LEAST_OVERLAP = 0.04
-"""Summed support of a part, as a share of the best one's, from which it may stay."""
-
-_APART = 0.12
-"""Distance from the template, in body heights, beyond which nothing supports a part."""
-
+_APART = 0.12  # distance from the template, in body heights, beyond which nothing supports a part
+# Most that the second cut is finer than the first: 320 px for a person at the standard size.
 _FINEST = 2.5
-"""Most that the second cut is finer than the first: 320 px for a person at the standard size."""
 
 
 def keep_supported(

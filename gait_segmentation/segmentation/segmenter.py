@@ -40,25 +40,18 @@ from gait_segmentation.segmentation.graph_cut import (
 from gait_segmentation.segmentation.learnt import LearntColours, MeanLikelihood
 from gait_segmentation.segmentation.refinement import finest, keep_supported, refine, upsample
 
+# Pixels about a body in which it is cut out: three times what the tracker's working height asks
+# for.  A cut takes 0.6 kB for each.
 _MOST_PIXELS = 2**18
-"""Pixels about a body in which it is cut out: three times what the tracker's working height asks
-for.  A cut takes 0.6 kB for each."""
-
+# Height of a body, in the image's longer sides, from which none of its outline can be seen.
 _LARGEST = 8.0
-"""Height of a body, in the image's longer sides, from which none of its outline can be seen."""
-
+# Share of a frame in the running mean of the fit, which begins at 1: half a step.
 _FIT_RATE = 1 / 7
-"""Share of a frame in the running mean of the fit, which begins at 1: half a step."""
-
+# Share of the pixels of person and surroundings that may have any value of a likelihood from
+# outside: it cannot say more than 4.6 for or against the person.
 _FLOOR = 0.01
-"""Share of the pixels of person and surroundings that may have any value of a likelihood from
-outside: it cannot say more than 4.6 for or against the person."""
-
 _NOBODY = 'the cut found no person'
-
-_LARGEST_ODDS = 3.0
-"""Largest log-odds that the default prior gives, before its weight."""
-
+_LARGEST_ODDS = 3.0  # largest log-odds that the default prior gives, before its weight
 _LOGIT = np.log((np.arange(256) + 0.5) / (255.5 - np.arange(256))).astype(np.float32)
 
 
@@ -66,11 +59,7 @@ class Segmenter:
     """Cuts one person out of frame after frame."""
 
     def __init__(self, config: SegmentationConfig | None = None) -> None:
-        """
-        Make a segmenter that has learnt nothing.
-
-        :raises VocabularyError: if the configuration names a vocabulary that cannot be used.
-        """
+        """Have learnt nothing; VocabularyError if the vocabulary that is named cannot be used."""
         self._config = config or SegmentationConfig()
         # Also for other priors: the configuration may be exchanged, and a bad file is refused now.
         self._vocabulary = vocabulary_of(self._config)
@@ -219,11 +208,7 @@ class Segmenter:
     def _prior_terms(
         self, prior: NDArray[np.uint8], lab: NDArray[np.uint8], body: BodyFrame
     ) -> tuple[NDArray[np.float32] | None, NDArray[np.float32] | None]:
-        """
-        Return the shape prior's log-odds and what a cut costs by it, (h, w) float32.
-
-        Either is None where the prior says nothing.
-        """
+        """Return log-odds and costs of a cut by the prior, (h, w), None if it says nothing."""
         config, inside = self._config, prior > 127
         trust = 1.0
         if config.fit_low < config.fit_high:
@@ -254,11 +239,7 @@ class Segmenter:
     def _update_fit(
         self, similarity: float, labels: NDArray[np.bool_], evidence: NDArray[np.uint8]
     ) -> None:
-        """
-        Note how well the template explains a likelihood, measured by how well the mask does.
-
-        Where neither does the likelihood is poor, and the prior is all there is.
-        """
+        """Note how well the template explains a likelihood, over how well the mask does."""
         inside = float(evidence[labels].sum(dtype=np.int64))
         either = 255.0 * np.count_nonzero(labels) + float(evidence.sum(dtype=np.int64)) - inside
         if inside > 0:
@@ -274,11 +255,7 @@ class Segmenter:
 
 
 def vocabulary_of(config: SegmentationConfig) -> Vocabulary:
-    """
-    Return the words of the paper's prior.
-
-    :raises VocabularyError: if the configuration names a file that cannot be used.
-    """
+    """Return the words of the paper's prior; VocabularyError if its file cannot be used."""
     return Vocabulary.load(config.vocabulary) if config.vocabulary else default_vocabulary()
 
 
@@ -353,12 +330,7 @@ class PeopleSegmenter:
     def __init__(
         self, config: SegmentationConfig | None = None, *, max_people: int = 1, threads: int = 1
     ) -> None:
-        """
-        Make a segmenter for each slot.
-
-        :param max_people: number of slots.
-        :param threads: how many work at a time.
-        """
+        """Make a segmenter for each slot, of which some threads work at a time."""
         config = config or SegmentationConfig()
         self._slots = [Segmenter(config) for _ in range(max_people)]
         self._pool = TaskPool(threads)
