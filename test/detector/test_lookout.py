@@ -5,6 +5,7 @@ import threading
 import numpy as np
 import pytest
 
+from gait_segmentation.detector import lookout as module
 from gait_segmentation.detector.config import DetectorConfig
 from gait_segmentation.detector.lookout import Lookout
 from gait_segmentation.detector.networks import Networks
@@ -21,7 +22,7 @@ class Mapper:
     """Maps that say how many images it has seen, and how many people in the last one."""
 
     def __init__(self, needs_people):
-        self.needs_people = needs_people
+        self.needs_people, self.images = needs_people, 0
 
     def reset(self):
         self.images = 0
@@ -126,3 +127,10 @@ def test_in_a_thread_people_are_told_before_they_are_drawn():
     # The first image is drawn with who was seen in the one before.
     assert [int(each.heat_map[0, 1]) for each in said[2:4]] == [1, -1]
     assert lookout.newest.people == (SOMEBODY,)
+
+
+def test_a_network_loaded_at_the_first_look_draws_whom_it_sees_then(monkeypatch):
+    made = Networks(DETECTOR.people, Mapper(True))
+    monkeypatch.setattr(module, 'open_networks', lambda name: made)
+    seen = looks(Lookout(DetectorConfig(network='people')), boxes=False, urgent=False)
+    assert (seen[0].people, seen[0].heat_map[0, 1]) == ((SOMEBODY,), 1)
