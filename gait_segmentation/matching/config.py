@@ -99,6 +99,13 @@ class MatchingConfig(StageConfig):
         maximum=0.3,
         fixed=True,
     )
+    blur: int = parameter(
+        3,
+        'Side of the box filter on the likelihood; 1 = none.',
+        unit='px',
+        minimum=1,
+        maximum=15,
+    )
     levels: int = parameter(
         8,
         'Grey levels templates are rounded to for matching; fewer are faster.',

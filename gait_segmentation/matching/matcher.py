@@ -190,7 +190,9 @@ class SequenceMatcher:
         seconds = (stamp_ns - self._origin_ns) / 1e9
         small = box.scaled(scale)
         searched = grid.everywhere if begins else self._about_path()
-        sampled = grid.sample(likelihood, known, small, angle, searched.slices[0])
+        sampled = grid.sample(
+            likelihood, known, small, self.config.blur, angle, searched.slices[0]
+        )
         similarity = self._similarities.compare(sampled, searched)
         if begins:
             # Not the best template's, so that the order of the rows does not matter.

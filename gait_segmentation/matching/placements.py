@@ -183,6 +183,7 @@ class PlacementGrid:
         likelihood: NDArray[np.uint8],
         known: NDArray[np.uint8] | None,
         box: Box,
+        blur: int,
         angle: float = 0.0,
         searched: slice = _EVERY_HEIGHT,
     ) -> Sampled:
@@ -192,10 +193,12 @@ class PlacementGrid:
         :param likelihood: (h, w) uint8.
         :param known: (h, w) uint8, 0 where the likelihood says nothing; None = known everywhere.
         :param box: the box in the likelihood's pixels.
+        :param blur: side of the box filter before resampling; larger where resampling shrinks,
+            so that nothing aliases.
         :param angle: tilt of the body's axis in radians.
         :param searched: the body heights that are wanted; the images of others are black.
         """
-        side = antialiasing_side(box.height * float(self.scales[-1]) / self.body)
+        side = max(blur, antialiasing_side(box.height * float(self.scales[-1]) / self.body))
         body = BodyFrame(box.center_x, box.center_y, box.height, angle)
         shape = self.windows.image_shape
         images = np.zeros((len(self.scales), *shape), np.uint8)

@@ -190,13 +190,13 @@ def test_a_preset_is_what_parameter_file_and_options_begin_with(
     given: list[str], tmp_path: Path
 ) -> None:
     file = tmp_path / 'params.yaml'
-    file.write_text('/**:\n  ros__parameters:\n    matching: {lag: 4, levels: 5}\n')
+    file.write_text('/**:\n  ros__parameters:\n    matching: {lag: 4, blur: 5}\n')
     plain, paper, mine = (
         make_jobs(parser().parse_args([given[0], *more]))[0].config
         for more in (
             [],
             ['--preset', 'paper'],
-            ['--preset', 'paper', '--params', str(file), '--set', 'matching.levels=7'],
+            ['--preset', 'paper', '--params', str(file), '--set', 'matching.blur=7'],
         )
     )
     assert plain == PipelineConfig()
@@ -205,7 +205,7 @@ def test_a_preset_is_what_parameter_file_and_options_begin_with(
     switches = {**vars(paper.tracking), **vars(paper.matching), **vars(paper.segmentation)}
     assert [name for name, on in switches.items() if name.startswith('use_') and on] == []
     assert paper.tracking.box_margin == 0
-    assert (mine.matching.lag, mine.matching.levels) == (4, 7)
+    assert (mine.matching.lag, mine.matching.blur) == (4, 7)
     assert mine.segmentation == paper.segmentation
 
 

@@ -100,7 +100,7 @@ def test_ambiguous_pixels_count_nothing_and_frames_without_truth_are_left_out() 
 
 @pytest.mark.parametrize('levels', [8, 256])
 def test_the_table_adds_what_comparing_would(levels):
-    shot, bank = short()[7], small_bank()
+    shot, bank = short()[4], small_bank()
     table = table_of(shot, bank, MatchingConfig(levels=levels))
     templates = quantize(bank.templates[shot.match.sequence], levels)
     here = templates[:, table.row, table.column]

@@ -70,6 +70,7 @@ MECHANISMS = (
     Mechanism('mean shift', 'corrects the place', 'tracking.mean_shift_gain=0'),
     Mechanism('tilt', 'follows leaning bodies', 'tracking.use_tilt=false'),
     Mechanism('search for the lost', 'awaits hidden people', 'tracking.patience=0'),
+    Mechanism('likelihood blur', 'forgives small shifts', 'matching.blur=1'),
     Mechanism('phase clock', 'expects the cadence', 'matching.rate_cost=0'),
     Mechanism('path memory', 'sums past frames', 'matching.memory=0.05'),
     Mechanism('path switching margin', 'keeps the twin', 'matching.switch_margin=0'),

@@ -83,7 +83,7 @@ def table_of(shot: Shot, bank: TemplateBank, config: MatchingConfig) -> PixelTab
     body = match.body.scaled(likelihood.shape[1] / shot.given.image.shape[1])
     height, width = bank.grid
     tall = bank.fill * height
-    side = antialiasing_side(body.height / tall)
+    side = max(config.blur, antialiasing_side(body.height / tall))
     values = resampled(likelihood, None, body, (1.0,), bank.grid, tall, side)[0][0]
     templates = quantize(bank.templates[match.sequence], config.levels).reshape(bank.phases, -1)
     order = np.argsort(templates, axis=0, kind='stable')
