@@ -29,6 +29,11 @@ class DetectorError(GaitSegmentationError):
     """A detector cannot be loaded, has not started, has ended, or does not answer."""
 
 
+def one_line(error: object) -> str:
+    """Return what an error says, such as one of OpenCV, in one line."""
+    return ' '.join(str(error).split())
+
+
 EXTRAS = {
     **dict.fromkeys(('lz4', 'rosbags', 'tqdm'), 'tools'),
     'distributed': 'archive',

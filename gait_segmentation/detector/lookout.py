@@ -104,9 +104,9 @@ class Lookout:
             if seen.people is not None or seen.error or self.newest is None:
                 self.newest = seen
         # Which networks a file has is known once it is loaded.
-        loaded = self._networks
-        draws = self._config.network != BOXES if loaded is None else loaded.mapper is not None
-        needed = loaded is not None and loaded.mapper is not None and loaded.mapper.needs_people
+        mapper = None if self._networks is None else self._networks.mapper
+        draws = mapper is not None or (self._networks is None and self._config.network != BOXES)
+        needed = mapper is not None and mapper.needs_people
         period_s = self._config.calm_period
         if urgent or needed:
             period_s = self._config.urgent_period

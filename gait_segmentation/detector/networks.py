@@ -19,9 +19,10 @@ from gait_segmentation.detector.person_detector import (
     Detection,
     default_detector,
     detections_of,
+    resized,
 )
 from gait_segmentation.detector.person_map import PersonMap
-from gait_segmentation.errors import DetectorError
+from gait_segmentation.errors import DetectorError, one_line
 from gait_segmentation.images import check_image
 
 _DYNAMIC = 640
@@ -108,9 +109,7 @@ class _File:
             output = self._forward(np.zeros((1, 3, *sides), np.float32))
         except (OSError, cv2.error) as error:
             why = error.strerror if isinstance(error, OSError) else error
-            raise DetectorError(
-                f'{path} cannot be loaded: {" ".join(str(why).split())}'
-            ) from error
+            raise DetectorError(f'{path} cannot be loaded: {one_line(why)}') from error
         self.kind = self._kind(output.shape)
 
     def _forward(self, blob: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -138,17 +137,14 @@ class _File:
     def _seen(self, image: NDArray[np.uint8], scale: float, *, rgb: bool) -> NDArray[np.float32]:
         """Return what the network says of an image, which fills its input from the top left."""
         check_image(image)
-        height, width = image.shape[:2]
-        columns, rows = max(1, round(width * scale)), max(1, round(height * scale))
-        how = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
-        small = cv2.resize(image, (columns, rows), interpolation=how)
-        below, right = self._height - rows, self._width - columns
+        small = resized(image, scale)
+        below, right = self._height - small.shape[0], self._width - small.shape[1]
         small = cv2.copyMakeBorder(small, 0, below, 0, right, cv2.BORDER_CONSTANT, value=_PADDING)
         blob = cv2.dnn.blobFromImage(small, 1 / 255 if rgb else 1.0, swapRB=rgb)
         try:
             return self._forward(blob)
         except cv2.error as error:
-            raise DetectorError(f'{self._path}: {" ".join(str(error).split())}') from error
+            raise DetectorError(f'{self._path}: {one_line(error)}') from error
 
     def _scale(self, image: NDArray[np.uint8]) -> float:
         return min(self._width / image.shape[1], self._height / image.shape[0])

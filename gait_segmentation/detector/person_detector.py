@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.errors import DetectorError
+from gait_segmentation.errors import DetectorError, one_line
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import check_image
 
@@ -62,7 +62,7 @@ class PersonDetector:
             self._net = cv2.dnn.readNetFromONNX(content)
         except (OSError, EOFError, zlib.error, cv2.error) as error:
             raise DetectorError(
-                f'OpenCV {cv2.__version__} cannot load {path} ({" ".join(str(error).split())}); '
+                f'OpenCV {cv2.__version__} cannot load {path} ({one_line(error)}); '
                 'starting.auto_init: walk does without'
             ) from error
         self._lock = threading.Lock()
@@ -77,10 +77,8 @@ class PersonDetector:
         """
         check_image(image)
         height, width = image.shape[:2]
-        scale = _SIDE / max(height, width)
-        columns, rows = max(1, round(width * scale)), max(1, round(height * scale))
-        how = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
-        small = cv2.resize(image, (columns, rows), interpolation=how)
+        small = resized(image, _SIDE / max(height, width))
+        rows, columns = small.shape[:2]
         below, right = (max(-side % _MULTIPLE, 2 * _MULTIPLE - side) for side in (rows, columns))
         small = cv2.copyMakeBorder(small, 0, below, 0, right, cv2.BORDER_CONSTANT)
         with self._lock:
@@ -94,6 +92,14 @@ class PersonDetector:
         boxes *= _CELL * np.tile([width / columns, height / rows], 2)
         scores = 1 / (1 + np.exp(-logits[y, x]))
         return detections_of(boxes, scores, image.shape)
+
+
+def resized(image: NDArray[np.uint8], scale: float) -> NDArray[np.uint8]:
+    """Return a (H, W, 3) uint8 image at a scale, of at least a pixel, as networks see it."""
+    height, width = image.shape[:2]
+    size = max(1, round(width * scale)), max(1, round(height * scale))
+    how = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+    return np.asarray(cv2.resize(image, size, interpolation=how))
 
 
 def detections_of(

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.detector.person_detector import Detection
-from gait_segmentation.errors import DetectorError
+from gait_segmentation.errors import DetectorError, one_line
 from gait_segmentation.geometry import Box
 
 _PACKAGE = 'mediapipe==0.10.14'
@@ -118,8 +118,7 @@ class PersonMap:
             self._net.forward(_MASK)
         except (AttributeError, cv2.error) as error:
             raise DetectorError(
-                f'OpenCV {cv2.__version__} cannot load {path}, 5.0 can: '
-                + ' '.join(str(error).split())
+                f'OpenCV {cv2.__version__} cannot load {path}, 5.0 can: {one_line(error)}'
             ) from error
         self.reset()
 
