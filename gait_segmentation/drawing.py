@@ -11,12 +11,18 @@ from __future__ import annotations
 
 import colorsys
 import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box
+
+if TYPE_CHECKING:
+    from gait_segmentation.results import MatchResult, TrackResult
+    from gait_segmentation.segmentation import PeopleMasks
 
 Colour = tuple[int, int, int]
 """Blue, green, red, 0..255."""
@@ -164,3 +170,41 @@ def draw_person(
     words += '' if math.isnan(phase) else f' {phase:.2f}'
     blue, green, red = ((value + 255) // 2 for value in colour)
     draw_label(image, words, (box.x, box.y - 18 * _growth(image)), (blue, green, red))
+
+
+def segmentation_picture(
+    image: NDArray[np.uint8],
+    masks: PeopleMasks,
+    matches: Sequence[MatchResult],
+    tracks: Sequence[TrackResult] = (),
+) -> NDArray[np.uint8]:
+    """
+    Return a frame with silhouettes, templates, boxes and gait.
+
+    :param tracks: of the same people, if they are known: their boxes are then drawn in red, and
+        in place of the boxes about the masks the refined ones in green.
+    """
+    picture = image.copy()
+    for place, (found, match) in enumerate(zip(masks.people, matches, strict=True)):
+        box = Box.around(found.mask) if match.body is not None else None
+        if box is None:
+            continue
+        track = tracks[place] if tracks else None
+        if track is not None:
+            box = match.box or box
+        draw_person(
+            picture,
+            mask=found.mask,
+            box=box,
+            track_id=match.track_id,
+            phase=match.phase,
+            azimuth=match.azimuth,
+        )
+        draw_match(
+            picture,
+            tracked=None if track is None else track.body,
+            angle=0.0 if track is None else track.angle,
+            refined=None if track is None else match.box,
+            template=match.shape_prior,
+        )
+    return picture

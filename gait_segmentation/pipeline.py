@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.detector.config import DetectorConfig
 from gait_segmentation.detector.lookout import Lookout
+from gait_segmentation.detector.networks import DetectorConfig
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.geometry import Box

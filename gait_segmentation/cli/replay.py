@@ -11,7 +11,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from gait_segmentation.cli.replaying.run import OUTPUTS, Job, Report, replay_all
+from gait_segmentation.cli.jobs import OUTPUTS, Job, Report, replay_all
 from gait_segmentation.cli.settings import Settings, read_parameter_file
 from gait_segmentation.cli.tool import (
     FAILED,
@@ -26,11 +26,10 @@ from gait_segmentation.cli.tool import (
     run_tool,
 )
 from gait_segmentation.config import overridden, replaced
-from gait_segmentation.detector.config import BOXES
-from gait_segmentation.detector.networks import open_networks
+from gait_segmentation.detector.networks import BOXES, open_networks
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.files.image_files import is_picture
 from gait_segmentation.geometry import Box
+from gait_segmentation.inputs.folder import is_picture
 
 _DAMAGED = 1
 

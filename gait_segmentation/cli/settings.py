@@ -10,7 +10,7 @@ from typing import Any
 
 from gait_segmentation.config import parameters_of, replaced, stages_of
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
-from gait_segmentation.files.reading import read_yaml
+from gait_segmentation.files import read_yaml
 from gait_segmentation.pipeline import PipelineConfig
 from gait_segmentation.streams.config import (
     OF_NODES,

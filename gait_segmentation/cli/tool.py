@@ -20,8 +20,7 @@ from gait_segmentation.errors import (
     InputError,
     not_installed,
 )
-from gait_segmentation.files.installed import shared_file
-from gait_segmentation.files.output_files import problem_of
+from gait_segmentation.files import problem_of, shared_file
 from gait_segmentation.geometry import Box, check_start_box
 
 if TYPE_CHECKING:

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation import MOST_PIXELS
 from gait_segmentation.errors import InputError
-from gait_segmentation.files.image_files import check_pixels, decode_image
 from gait_segmentation.heat_maps import heat_map_of
 
 ImageLike: TypeAlias = Any
@@ -87,6 +86,52 @@ ENCODINGS: dict[str, Encoding] = {
 
 _FLOATS = Encoding(1, None, 4)
 """``32FC1``, which no image of a camera has: heat maps and depths."""
+
+
+def check_pixels(size: tuple[int, int], most: int = MOST_PIXELS) -> None:
+    """
+    Refuse image sizes from messages and files that no camera has.
+
+    :param size: width and height.
+    :param most: pixels there may be.
+    :raises InputError: if there are more.
+    """
+    if size[0] * size[1] > most:
+        raise InputError(
+            f'image must have at most {most} pixels (max_pixels), got {size[0]} x {size[1]}'
+        )
+
+
+def decode_image(
+    data: NDArray[np.uint8], flags: int, *, name: str, most: int = MOST_PIXELS
+) -> NDArray[Any]:
+    """
+    Decode an image.
+
+    :param data: (n,) uint8, the contents of the file or message.
+    :param flags: how, as ``cv2.imdecode`` takes it.
+    :param name: what errors call the image.
+    :param most: pixels it may have.
+    :returns: (H, W) or (H, W, channels), uint8 unless the flags let it be more.
+    :raises InputError: if it cannot be decoded, or claims too many pixels.
+    """
+    try:
+        image = cv2.imdecode(data, flags) if data.size else None
+    except cv2.error as error:
+        if 'CV_IO_MAX_IMAGE' in str(error):
+            raise InputError(
+                f'{name} has more pixels than OPENCV_IO_MAX_IMAGE_PIXELS allows'
+            ) from None
+        image = None
+    if image is None:
+        raise InputError(
+            f'{name} is not a complete image that OpenCV decodes, got {data.size} bytes'
+        )
+    try:
+        check_pixels((image.shape[1], image.shape[0]), most)
+    except InputError as error:
+        raise InputError(f'{name}: {error}') from None
+    return image
 
 
 def upper_bits(samples: NDArray[np.uint16], bits: int = 16) -> NDArray[np.uint8]:

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from gait_segmentation import MOST_PIXELS
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.files.image_files import images_in, read_heat_map
 from gait_segmentation.inputs import encodings
 from gait_segmentation.inputs.bag import BagSource, is_bag
+from gait_segmentation.inputs.folder import images_in, load_heat_map
 from gait_segmentation.inputs.source import Entry, Frame
 
 RecordedMap: TypeAlias = tuple[int, Callable[[], NDArray[np.uint8]]]
@@ -68,7 +68,7 @@ def open_heat_maps(place: str, path: Path, max_pixels: int = MOST_PIXELS) -> Rec
 def _of_frame(files: dict[int, Path], frame: Frame, max_pixels: int) -> Iterator[RecordedMap]:
     path = files.get(frame.number, files.get(frame.stamp_ns))
     if path is not None:
-        yield frame.stamp_ns, lambda: read_heat_map(path, max_pixels)
+        yield frame.stamp_ns, lambda: load_heat_map(path, max_pixels)
 
 
 def _until(entries: Iterator[Entry], waiting: list[Entry], frame: Frame) -> Iterator[RecordedMap]:

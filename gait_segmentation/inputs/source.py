@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
@@ -19,6 +20,10 @@ from gait_segmentation.errors import InputError, SequenceError
 from gait_segmentation.images import shrink
 
 Shape = tuple[int, int]
+
+LOGGER = logging.getLogger('gait_segmentation')
+CAMERA = 'camera'
+"""Frame id of what has none."""
 
 DEFAULT_FPS = 30.0
 """Of what does not say how fast it is."""
@@ -68,6 +73,11 @@ class Frame:
     shape: Shape
     image: NDArray[np.uint8] | None
     problem: str = ''
+
+
+def film_stamp_ns(number: int, fps: float) -> int:
+    """Return the stamp of a frame of a film: its end, since zero stands for no stamp."""
+    return round((number + 1) * 1e9 / fps)
 
 
 def check_rate(rate: float) -> None:
@@ -148,9 +158,9 @@ class ImageSource(ABC):
         :raises SequenceError: if it cannot be used.
         """
 
-    @abstractmethod
     def rate(self) -> float:
-        """Return the frames per second."""
+        """Return the frames per second: what was asked for, or the default."""
+        return self._rate or DEFAULT_FPS
 
     @abstractmethod
     def entries(self) -> Iterator[Entry]:

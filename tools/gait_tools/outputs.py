@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import ConfigError, GaitSegmentationError, SequenceError
-from gait_segmentation.files.installed import make_writable
-from gait_segmentation.files.output_files import write_file
+from gait_segmentation.files import make_writable, write_file
 
 _HEAD = 4096  # bytes of a file by which its kind is told
 _PNG_HEADER = 33  # length of the signature of a PNG and its first part, which describes the image

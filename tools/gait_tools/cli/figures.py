@@ -20,7 +20,7 @@ from gait_segmentation.cli.tool import (
     run_tool,
 )
 from gait_segmentation.config import overridden, replaced
-from gait_segmentation.files.output_files import keep_apart
+from gait_segmentation.files import keep_apart
 from gait_segmentation.geometry import Box
 from gait_tools.evaluation.report import write_figure, write_image
 from gait_tools.figures.walk import figured, open_walk

@@ -14,9 +14,8 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.cli.replay import main
-from gait_segmentation.cli.replaying.bag_output import BagOutput
-from gait_segmentation.cli.replaying.outputs import (
+from gait_segmentation.cli.bag_output import BagOutput
+from gait_segmentation.cli.outputs import (
     About,
     CsvOutput,
     MasksOutput,
@@ -24,11 +23,12 @@ from gait_segmentation.cli.replaying.outputs import (
     OverlayOutput,
     normalised,
 )
+from gait_segmentation.cli.replay import main
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.inputs import open_input
-from test.cli.replaying.results import replayed
-from test.files.test_output_files import room_for
+from test.cli.results import replayed
 from test.inputs.bags import image_fields, stamp, write_bag2
+from test.test_files import room_for
 from test.walkers import clip
 
 NOT_OWN = 'was not made by gait_replay and is not replaced'

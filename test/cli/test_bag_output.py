@@ -8,9 +8,9 @@ import pytest
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-from gait_segmentation.cli.replaying.bag_output import BagOutput
-from gait_segmentation.cli.replaying.lockstep import Replayed
-from test.cli.replaying.results import STEP_NS, replayed
+from gait_segmentation.cli.bag_output import BagOutput
+from gait_segmentation.cli.lockstep import Replayed
+from test.cli.results import STEP_NS, replayed
 
 SHAPE = (240, 320)
 TOPICS = {

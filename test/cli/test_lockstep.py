@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gait_segmentation.cli.replaying.lockstep import Replayed, ahead, results_of
+from gait_segmentation.cli.lockstep import Replayed, ahead, results_of
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import DamagedError, Frame
 from gait_segmentation.pipeline import FrameResult
-from test.cli.replaying.results import replayed
+from test.cli.results import replayed
 
 MASK = np.full((8, 6), 255, np.uint8)
 READ = [replayed(index, [(1, MASK, 0.0)]) for index in range(40)]

@@ -15,7 +15,7 @@ from rosbags import interfaces
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from gait_segmentation.cli.replaying.outputs import Output
+from gait_segmentation.cli.outputs import Output
 from gait_segmentation.inputs import Frame
 from gait_segmentation.pipeline import FrameResult
 from gait_segmentation.streams.fields import (

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.drawing import draw_label, draw_person
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.files.output_files import film_name, named
+from gait_segmentation.files import film_name, named
 from gait_segmentation.inputs import Frame
 from gait_segmentation.pipeline import FrameResult, PersonResult
 

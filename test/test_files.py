@@ -12,9 +12,15 @@ from pathlib import Path
 import pytest
 
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.files.installed import prepare, shared_file
-from gait_segmentation.files.output_files import keep_apart, named, problem_of, write_file
-from gait_segmentation.files.reading import read_yaml
+from gait_segmentation.files import (
+    keep_apart,
+    named,
+    prepare,
+    problem_of,
+    read_yaml,
+    shared_file,
+    write_file,
+)
 
 
 @contextmanager

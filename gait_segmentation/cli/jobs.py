@@ -20,9 +20,9 @@ from typing import Any
 import cv2
 
 from gait_segmentation import MOST_PIXELS
-from gait_segmentation.cli.replaying.bag_output import BagOutput
-from gait_segmentation.cli.replaying.lockstep import ahead, results_of
-from gait_segmentation.cli.replaying.outputs import (
+from gait_segmentation.cli.bag_output import BagOutput
+from gait_segmentation.cli.lockstep import ahead, results_of
+from gait_segmentation.cli.outputs import (
     About,
     CsvOutput,
     MasksOutput,
@@ -34,7 +34,7 @@ from gait_segmentation.cli.replaying.outputs import (
 )
 from gait_segmentation.cli.tool import scaled_box
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
-from gait_segmentation.files.output_files import keep_apart, named, problem_of
+from gait_segmentation.files import keep_apart, named, problem_of
 from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import DamagedError, open_input
