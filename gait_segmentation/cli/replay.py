@@ -11,7 +11,8 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from gait_segmentation.cli.jobs import OUTPUTS, Job, Report, replay_all
+from gait_segmentation.cli.jobs import Job, Report, replay_all
+from gait_segmentation.cli.outputs import OUTPUTS
 from gait_segmentation.cli.settings import Settings, read_parameter_file
 from gait_segmentation.cli.tool import (
     FAILED,
@@ -123,11 +124,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def make_jobs(options: argparse.Namespace) -> list[Job]:
-    """
-    Return what is to be done.
-
-    :raises ConfigError: if an option cannot be used.
-    """
+    """Return what is to be done; ConfigError if an option cannot be used."""
     check_ranges(options, {'jobs': PROCESSORS})
     settings = Settings()
     for path in (options.preset and preset_file(options.preset), options.params):

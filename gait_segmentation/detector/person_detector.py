@@ -52,11 +52,7 @@ class PersonDetector:
     """Detects people in single images; may be called by several threads."""
 
     def __init__(self, path: Path = MODEL) -> None:
-        """
-        Load the network.
-
-        :raises DetectorError: if this version of OpenCV cannot.
-        """
+        """Load the network; DetectorError if this version of OpenCV cannot."""
         try:
             content = np.frombuffer(gzip.decompress(path.read_bytes()), np.uint8)
             self._net = cv2.dnn.readNetFromONNX(content)
@@ -125,9 +121,5 @@ def detections_of(
 
 @cache
 def default_detector() -> PersonDetector:
-    """
-    Return the detector that all of this process share.
-
-    :raises DetectorError: if it cannot be loaded.
-    """
+    """Return the detector that all of this process share; DetectorError if it cannot be loaded."""
     return PersonDetector()

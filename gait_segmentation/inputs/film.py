@@ -140,11 +140,7 @@ class FilmSource(ImageSource):
         return self._rate or (self._fps if 0 < self._fps <= _MOST_FPS else DEFAULT_FPS)
 
     def entries(self) -> Iterator[Entry]:
-        """
-        Yield all frames.
-
-        :raises DamagedError: where it ends early.
-        """
+        """Yield all frames; DamagedError where it ends early."""
         capture = self._capture()
         fps = self.rate()
         number = 0

@@ -164,11 +164,7 @@ class ImageSource(ABC):
 
     @abstractmethod
     def entries(self) -> Iterator[Entry]:
-        """
-        Yield all frames from the beginning of the input.
-
-        :raises DamagedError: where it breaks off.
-        """
+        """Yield all frames from the beginning of the input; DamagedError where it breaks off."""
 
     def frames(self) -> Iterator[Frame]:
         """

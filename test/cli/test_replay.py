@@ -12,8 +12,8 @@ import pytest
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-from gait_segmentation.cli.jobs import OUTPUTS, replay
-from gait_segmentation.cli.outputs import TABLE_COLUMNS
+from gait_segmentation.cli.jobs import replay
+from gait_segmentation.cli.outputs import OUTPUTS, TABLE_COLUMNS
 from gait_segmentation.cli.replay import main, make_jobs, names_of, parser
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.inputs import open_input

@@ -21,7 +21,7 @@ import cv2
 import numpy as np
 from PIL import Image
 
-from gait_segmentation.cli.outputs import About, MasksOutput, Output, OverlayOutput
+from gait_segmentation.cli.outputs import MasksOutput, Output, OverlayOutput
 from gait_segmentation.cli.tool import (
     READING,
     add_preset_option,
@@ -235,7 +235,7 @@ def write_pictures(out: Path, recording: Recording, film: ImageSource, fps: floa
     with ExitStack() as broken_off:
         outputs: list[Output] = [MasksOutput(out / 'masks')]
         broken_off.callback(outputs[0].close, complete=False)
-        outputs.append(OverlayOutput(out / 'overlay.mp4', About(film.size, fps)))
+        outputs.append(OverlayOutput(out / 'overlay.mp4', film.size, fps))
         broken_off.callback(outputs[1].close, complete=False)
         for frame in film.frames():
             if frame.image is None or frame.number not in answered:
