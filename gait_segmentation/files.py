@@ -51,11 +51,7 @@ def shared_file(name: str) -> Path:
 
 
 def prepare(environment: MutableMapping[str, str]) -> None:
-    """
-    Prepare the environment of a process for large images; what is set already stays.
-
-    Fast DDS uses the profile for them, and glibc keeps freed memory.
-    """
+    """Prepare the environment of a process for large images; what is set already stays."""
     for name, value in _MALLOC.items():
         environment.setdefault(name, str(value))
     if not any(environment.get(name) for name in _PROFILE):
@@ -64,11 +60,7 @@ def prepare(environment: MutableMapping[str, str]) -> None:
 
 
 def make_writable(folder: Path) -> None:
-    """
-    Make a folder in which files can be written.
-
-    :raises OSError: if it cannot be made, or nothing can be written there.
-    """
+    """Make a folder in which files can be written; OSError if that fails."""
     folder.mkdir(parents=True, exist_ok=True)
     tempfile.TemporaryFile(dir=folder).close()
 
@@ -143,11 +135,7 @@ def problem_of(error: OSError) -> str:
 
 
 def write_file(path: Path, data: bytes) -> None:
-    """
-    Write a file in one step: if that fails, what was there before is left, and nothing else.
-
-    :raises OSError: if it cannot be written; it has a ``filename``.
-    """
+    """Write a file wholly or not at all; OSError, which names it, if that fails."""
     part = path.with_name(f'.{path.name}.{os.getpid()}.part')
     try:
         part.write_bytes(data)

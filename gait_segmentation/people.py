@@ -14,7 +14,7 @@ from gait_segmentation.config import StageConfig, parameter
 MOST_PEOPLE = 16
 """Slots there can be."""
 
-Result = TypeVar('Result')
+TaskResult = TypeVar('TaskResult')
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class TaskPool:
         self._threads = threads
         self._pool: ThreadPoolExecutor | None = None
 
-    def run(self, tasks: Sequence[Callable[[], Result]]) -> list[Result]:
+    def run(self, tasks: Sequence[Callable[[], TaskResult]]) -> list[TaskResult]:
         """Return all results, in order, when all is done, or raise the first error of them."""
         if self._threads < 2 or len(tasks) < 2:
             return [task() for task in tasks]

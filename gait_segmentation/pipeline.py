@@ -146,11 +146,7 @@ class Pipeline:
         self.tracker.initialize(box)
 
     def add_heat_map(self, heat_map: NDArray[Any], stamp_ns: int) -> None:
-        """
-        Add a heat map of people; see :meth:`PeopleTracker.add_heat_map`.
-
-        :raises InputError: if it is no heat map.
-        """
+        """Add a heat map, see :meth:`PeopleTracker.add_heat_map`; InputError if it is none."""
         self.tracker.add_heat_map(heat_map, stamp_ns)
 
     def update(

@@ -75,12 +75,6 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == ['scores.json']
 
 
-def test_yaml_is_read(tmp_path: Path) -> None:
-    path = tmp_path / 'a.yaml'
-    path.write_text('a: {b: [1, 2.5, yes]}\n')
-    assert read_yaml(path, ConfigError) == {'a': {'b': [1, 2.5, True]}}
-
-
 @pytest.mark.parametrize(
     'data',
     [

@@ -20,7 +20,7 @@ from typing import Any
 import cv2
 
 from gait_segmentation import MOST_PIXELS
-from gait_segmentation.cli.lockstep import ahead, results_of
+from gait_segmentation.cli.lockstep import ahead, open_heat_maps, results_of
 from gait_segmentation.cli.outputs import BagOutput, Output, partial_path, remove
 from gait_segmentation.cli.tool import scaled_box
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
@@ -28,7 +28,6 @@ from gait_segmentation.files import keep_apart, named, problem_of
 from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import DamagedError, open_input
-from gait_segmentation.inputs.heat_maps import open_heat_maps
 from gait_segmentation.kernels import compile_kernels, compiling
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 

@@ -18,9 +18,6 @@ from typing import Any, ClassVar
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from rosbags import interfaces
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
 
 from gait_segmentation.drawing import draw_label, draw_person
 from gait_segmentation.errors import SequenceError
@@ -28,7 +25,7 @@ from gait_segmentation.files import film_name, named
 from gait_segmentation.inputs import Frame
 from gait_segmentation.pipeline import FrameResult, PersonResult
 from gait_segmentation.streams.fields import (
-    DEPTH,
+    QUEUE_DEPTH,
     Corners,
     gait_joints,
     matched_corners,
@@ -65,8 +62,6 @@ _SLOT_TOPICS = {
 
 _MARK = 'gait_replay'
 """Of the entry in the metadata that says who made a bag."""
-
-_FOREVER = interfaces.QosTime(2147483647, 4294967295)
 
 _LEAST_FRAMES, _LEAST_SUM = 5, 10_000
 """Of a walk, and of the pixels (0/255) of a silhouette: OpenGait warns of less."""
@@ -157,11 +152,7 @@ class Output(ABC):
 
     @classmethod
     def check(cls, path: Path) -> None:
-        """
-        Refuse a place where there is something of another kind.
-
-        :raises SequenceError: likewise if that is where this would be while it is made.
-        """
+        """Refuse a place, also where it is made, of something of another kind: SequenceError."""
         for place in (path, partial_path(path)):
             own = cls._has_names(place) and (place != path or cls.is_own(path))
             if cls.is_there(place) and not own:
@@ -179,12 +170,7 @@ class Output(ABC):
         return all(cls.files.fullmatch(each.relative_to(path).as_posix()) for each in found)
 
     def begin(self) -> None:
-        """
-        Begin the file or folder at :attr:`work`; here, an empty folder.
-
-        :raises OSError: if it cannot be written.
-        :raises SequenceError: if there can be no such output.
-        """
+        """Begin :attr:`work`, here an empty folder; SequenceError if it cannot be of that name."""
         self.work.mkdir()
 
     @abstractmethod
@@ -228,21 +214,43 @@ class BagOutput(Output):
 
     def begin(self) -> None:
         """Open the bag and declare the topics."""
+        # Here, since other outputs do without rosbags.
+        from rosbags import interfaces, rosbag2
+        from rosbags.typesys import Stores, get_typestore
+
         self._store = get_typestore(Stores.ROS2_JAZZY)
         self._shape: tuple[int, ...] | None = None
-        self._writer: Any = Writer(self.work, version=9, storage_plugin=StoragePlugin.MCAP)
-        self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+        plugin = rosbag2.StoragePlugin.MCAP
+        self._writer: Any = rosbag2.Writer(self.work, version=9, storage_plugin=plugin)
+        self._writer.set_compression(
+            rosbag2.CompressionMode.STORAGE, rosbag2.CompressionFormat.ZSTD
+        )
         self._writer.set_custom_data(_MARK, 'complete')
         self._writer.open()
         # rosbags calls the file as the folder, which is going to be renamed.
         storage = self._writer.storage
         storage.path = storage.path.rename(self.work / f'{self.path.name}.mcap')
+        topics = {'image_size': _SIZE, **slot_topics(_SLOT_TOPICS, self.slots)}
+        topics |= {'mask': _IMAGE, 'labels': _IMAGE}
+        forever = interfaces.QosTime(2147483647, 4294967295)
+        durability = interfaces.QosDurability
         self._connections: dict[str, Any] = {}
-        self._connect('image_size', _SIZE, latched=True)
-        for topic, kind in slot_topics(_SLOT_TOPICS, self.slots).items():
-            self._connect(topic, kind)
-        self._connect('mask', _IMAGE)
-        self._connect('labels', _IMAGE)
+        for topic, kind in topics.items():
+            latched = topic == 'image_size'
+            qos = interfaces.Qos(
+                history=interfaces.QosHistory.KEEP_LAST,
+                depth=1 if latched else QUEUE_DEPTH,
+                reliability=interfaces.QosReliability.RELIABLE,
+                durability=durability.TRANSIENT_LOCAL if latched else durability.VOLATILE,
+                deadline=forever,
+                lifespan=forever,
+                liveliness=interfaces.QosLiveliness.AUTOMATIC,
+                liveliness_lease_duration=forever,
+                avoid_ros_namespace_conventions=False,
+            )
+            self._connections[topic] = self._writer.add_connection(
+                f'/{topic}', kind, typestore=self._store, offered_qos_profiles=[qos]
+            )
 
     @classmethod
     def is_own(cls, path: Path) -> bool:
@@ -285,23 +293,6 @@ class BagOutput(Output):
             with contextlib.suppress(OSError):
                 storage.bio.close()
             raise
-
-    def _connect(self, topic: str, kind: str, latched: bool = False) -> None:
-        durability = interfaces.QosDurability
-        qos = interfaces.Qos(
-            history=interfaces.QosHistory.KEEP_LAST,
-            depth=1 if latched else DEPTH,
-            reliability=interfaces.QosReliability.RELIABLE,
-            durability=durability.TRANSIENT_LOCAL if latched else durability.VOLATILE,
-            deadline=_FOREVER,
-            lifespan=_FOREVER,
-            liveliness=interfaces.QosLiveliness.AUTOMATIC,
-            liveliness_lease_duration=_FOREVER,
-            avoid_ros_namespace_conventions=False,
-        )
-        self._connections[topic] = self._writer.add_connection(
-            f'/{topic}', kind, typestore=self._store, offered_qos_profiles=[qos]
-        )
 
     def _made(self, kind: str, *fields: Any) -> Any:
         return self._store.types[kind](*fields)
@@ -380,27 +371,15 @@ class OverlayOutput(Output):
         black = np.zeros((*self.size[::-1], 3), np.uint8)
         picture = black if frame.image is None else frame.image.copy()
         for person in result.people:
-            track, match = person.track, person.match
-            if track.box is not None:
-                draw_person(
-                    picture,
-                    mask=person.segmentation.mask,
-                    box=track.box,
-                    track_id=track.track_id,
-                    phase=math.nan if match.body is None else match.phase,
-                    azimuth=math.nan if match.body is None else match.azimuth,
-                )
+            if person.track.box is not None:
+                draw_person(picture, person.segmentation.mask, person.track.box, person.match)
         draw_label(picture, f'{frame.number}', (4, 4))
         # Which is a copy, where it has the size.
         self._film.write(cv2.resize(picture, self.size, interpolation=cv2.INTER_AREA))
         self._frames += 1
 
     def finish(self) -> None:
-        """
-        Write the index, and count the frames: OpenCV does not tell of a full disk.
-
-        :raises SequenceError: if some are missing.
-        """
+        """Write the index, and count the frames, as OpenCV does not tell of a full disk."""
         self._film.release()
         capture = cv2.VideoCapture(film_name(self.work))
         readable = 0

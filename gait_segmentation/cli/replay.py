@@ -13,17 +13,18 @@ from pathlib import Path
 
 from gait_segmentation.cli.jobs import Job, Report, replay_all
 from gait_segmentation.cli.outputs import OUTPUTS
-from gait_segmentation.cli.settings import Settings, read_parameter_file
 from gait_segmentation.cli.tool import (
     FAILED,
     INTERRUPTED,
     PROCESSORS,
     READING,
+    Settings,
     add_config_options,
     add_reading_options,
     check_ranges,
     command_parser,
     preset_file,
+    read_parameter_file,
     run_tool,
 )
 from gait_segmentation.config import overridden, replaced
@@ -165,11 +166,7 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
 
 
 def names_of(paths: list[Path]) -> list[str]:
-    """
-    Return the names of outputs: that of the input, with its folder's where two have the same.
-
-    :raises ConfigError: if that does not tell them apart.
-    """
+    """Return names of outputs: those of the inputs, with their folders' where two are the same."""
     # Not by Path.resolve, which some versions of Python let fail at links in a circle.
     paths = [Path(os.path.realpath(path)) for path in paths]
     names = [path.name if path.is_dir() else path.stem for path in paths]

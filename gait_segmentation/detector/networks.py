@@ -43,7 +43,7 @@ _INPUT = re.compile(
 )
 """How OpenCV tells of a network's only input."""
 
-_KINDS = (
+_SHAPES = (
     'a heat map (h x w or 1 x h x w, 0..1), or boxes as YOLOX has them (n x 5 + classes), YOLOv8 '
     'or later (4 + classes x n), or with the suppression in it (n x 6)'
 )
@@ -102,12 +102,7 @@ class Networks(NamedTuple):
 
 
 def open_networks(name: str) -> Networks:
-    """
-    Load networks.
-
-    :param name: the value of ``detector.network``.
-    :raises DetectorError: if they cannot be loaded, or a file's network is of another kind.
-    """
+    """Load the networks of a ``detector.network``; DetectorError if they cannot be used."""
     if name == BOXES:
         return Networks(default_detector().people)
     if name == PEOPLE:
@@ -166,7 +161,7 @@ class _File:
         ):
             return 'map'
         found = ' x '.join(map(str, shape))
-        raise DetectorError(f'the first output of {self._path} must be {_KINDS}, got {found}')
+        raise DetectorError(f'the first output of {self._path} must be {_SHAPES}, got {found}')
 
     def _seen(self, image: NDArray[np.uint8], scale: float, *, rgb: bool) -> NDArray[np.float32]:
         """Return what the network says of an image, which fills its input from the top left."""

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from itertools import islice
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
     from rosbags.highlevel import AnyReader
 
 _STORAGE = ('.mcap', '.db3')
-_IMAGE = 'sensor_msgs/msg/Image'
-_COMPRESSED = 'sensor_msgs/msg/CompressedImage'
+_IMAGE_TYPES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 _MEND = 'mcap recover FILE, rosbag reindex FILE or ros2 bag reindex FOLDER mends what was cut off'
 _NAMELESS = re.compile(rb"""storage_identifier: *(''|"")? *$""", re.MULTILINE)
 _RATE_FRAMES = 60
@@ -63,14 +62,19 @@ class BagSource(ImageSource):
     to be mended first.
     """
 
-    read = staticmethod(read_image)
-    """Decodes a message, given the pixels it may have and the bits of those of 16."""
-
-    def __init__(self, path: Path, *, topic: str = '', **wanted: Any) -> None:
+    def __init__(
+        self,
+        path: Path,
+        *,
+        topic: str = '',
+        read: Callable[[Any, int, int], NDArray[np.uint8]] = read_image,
+        **wanted: Any,
+    ) -> None:
         """
         Open a bag.
 
         :param topic: of the images; empty: the one that holds images.
+        :param read: decodes a message, given the pixels it may have and the bits of those of 16.
         :param wanted: ``width``, ``start`` and ``count``, see :func:`open_input`.
         :raises SequenceError: if the bag cannot be read, the topic is not there or not clear, or
             what reads bags is not installed.
@@ -82,7 +86,7 @@ class BagSource(ImageSource):
             import rosbags  # noqa: F401
         except ModuleNotFoundError as error:
             raise SequenceError(f'{path} is a bag: {not_installed(str(error.name))}') from error
-        self.topic = topic
+        self.topic, self._read = topic, read
         super().__init__(path, **wanted)
 
     def open(self) -> int | None:
@@ -147,7 +151,7 @@ class BagSource(ImageSource):
             return Entry(0, recorded_ns, '', partial(_fail, error))
         stamp = message.header.stamp
         header_ns = int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
-        decode = partial(self.read, message, self._max_pixels, self._sample_bits)
+        decode = partial(self._read, message, self._max_pixels, self._sample_bits)
         shape = claimed_shape(message) or (0, 0)
         return Entry(header_ns, recorded_ns, message.header.frame_id, decode, shape)
 
@@ -200,19 +204,15 @@ def _fail(error: InputError) -> NDArray[np.uint8]:
 
 
 def _chosen(path: Path, topics: dict[str, Topic], wanted: str) -> str:
-    """
-    Return the topic to read.
-
-    :raises SequenceError: with a list of the topics if it is not there or not clear.
-    """
-    images = {name: topic for name, topic in topics.items() if topic.kind in (_IMAGE, _COMPRESSED)}
+    """Return the topic to read; SequenceError with a list of them if it is not clear."""
+    images = {name: topic for name, topic in topics.items() if topic.kind in _IMAGE_TYPES}
     if wanted:
         names = [name for name in (wanted, f'/{wanted}') if name in topics]
         if names and names[0] in images:
             return names[0]
-        what = f'is {_about(topics[names[0]])}' if names else 'is not there'
+        what = f'is {_described(topics[names[0]])}' if names else 'is not there'
         raise SequenceError(
-            f'{path}: topic {wanted} {what}; topics with images: {_listed(images or topics)}'
+            f'{path}: topic {wanted} {what}; topics with images: {_topic_list(images or topics)}'
         )
     filled = [name for name, topic in images.items() if topic.messages != 0]
     if len(filled) == 1:
@@ -220,17 +220,17 @@ def _chosen(path: Path, topics: dict[str, Topic], wanted: str) -> str:
     if not filled:
         raise SequenceError(
             f'{path} has no images (sensor_msgs/Image or CompressedImage); its topics: '
-            f'{_listed(topics)}'
+            f'{_topic_list(topics)}'
         )
     raise SequenceError(
         f'{path} has {len(filled)} topics with images, choose one with --topic (topic:= of a '
-        f'launch file): {_listed({name: images[name] for name in filled})}'
+        f'launch file): {_topic_list({name: images[name] for name in filled})}'
     )
 
 
-def _listed(topics: dict[str, Topic]) -> str:
-    return ', '.join(f'{name} ({_about(topics[name])})' for name in sorted(topics)) or 'none'
+def _topic_list(topics: dict[str, Topic]) -> str:
+    return ', '.join(f'{name} ({_described(topics[name])})' for name in sorted(topics)) or 'none'
 
 
-def _about(topic: Topic) -> str:
+def _described(topic: Topic) -> str:
     return f'{topic.kind}' + ('' if topic.messages is None else f', {topic.messages} messages')

@@ -31,7 +31,7 @@ CompressedImageLike: TypeAlias = Any
 _DARK_BITS = 2
 """Upper bits that are not used by the whole of an image of which they are said to be."""
 
-_SHOWN = 40
+_LETTERS = 40
 """Letters of a name from the wire that errors repeat."""
 
 
@@ -157,12 +157,7 @@ def _warn_of_darkness(bits: int) -> None:
 
 
 def in_8_bits(image: NDArray[Any], name: str, bits: int = 16) -> NDArray[np.uint8]:
-    """
-    Return a decoded image in 8 bits, see :func:`upper_bits`.
-
-    :param name: what errors call it.
-    :raises InputError: if it has neither 8 nor 16.
-    """
+    """Return an image in 8 bits, see :func:`upper_bits`; InputError if it has neither 8 nor 16."""
     if image.dtype == np.uint16:
         return upper_bits(image, bits)
     if image.dtype != np.uint8:
@@ -186,7 +181,7 @@ def pixels(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uint8] | N
     if encoding is None:
         raise InputError(
             f'image encoding must be one of {", ".join(ENCODINGS)}, got '
-            f'{message.encoding[:_SHOWN]!r}'
+            f'{message.encoding[:_LETTERS]!r}'
         )
     return _samples(message, encoding, 'u', most)
 
@@ -256,7 +251,7 @@ def read_mono8(message: ImageLike) -> NDArray[np.uint8]:
     """
     if message.encoding not in ('mono8', '8UC1'):
         raise InputError(
-            f'image encoding must be mono8 or 8UC1, got {message.encoding[:_SHOWN]!r}'
+            f'image encoding must be mono8 or 8UC1, got {message.encoding[:_LETTERS]!r}'
         )
     return np.ascontiguousarray(pixels(message))
 
@@ -274,7 +269,7 @@ def read_heat_map(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uin
     if message.encoding not in ('mono8', '8UC1', 'mono16'):
         raise InputError(
             'heat map encoding must be mono8, 8UC1, mono16 or 32FC1, got '
-            f'{message.encoding[:_SHOWN]!r}'
+            f'{message.encoding[:_LETTERS]!r}'
         )
     return heat_map_of(pixels(message, most))
 
@@ -290,7 +285,7 @@ def read_compressed(
     :returns: (height, width, 3) uint8 BGR.
     :raises InputError: if it cannot be decoded, or claims more pixels.
     """
-    name = f'compressed image of format {message.format[:_SHOWN]!r}'
+    name = f'compressed image of format {message.format[:_LETTERS]!r}'
     flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION | cv2.IMREAD_ANYDEPTH
     image = decode_image(np.frombuffer(message.data, np.uint8), flags, name=name, most=most)
     return in_8_bits(image, name, bits)
@@ -331,6 +326,7 @@ def read_depth(
         view = _samples(message, Encoding(1, None, 2), 'u', most)
     else:
         raise InputError(
-            f'its encoding must be one of 16UC1, mono16, 32FC1, got {message.encoding[:_SHOWN]!r}'
+            'its encoding must be one of 16UC1, mono16, 32FC1, got '
+            f'{message.encoding[:_LETTERS]!r}'
         )
     return view.astype(view.dtype.newbyteorder('='), copy=False)

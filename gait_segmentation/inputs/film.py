@@ -39,7 +39,7 @@ _TIMELESS, _ASSUMED_FPS = (b'\xff\xd8\xff', b'\0\0\0\1'), 25.0
 
 _PACKED = ('.7z', '.bz2', '.gz', '.lz4', '.rar', '.tar', '.tgz', '.xz', '.zip', '.zst', '.zstd')
 _MOST_FPS = 1000
-_ROOM, _ROOM_S = 0.05, 0.5
+_SHORTER, _SHORTER_S = 0.05, 0.5
 """Share and seconds by which a film may be shorter than it claims."""
 
 
@@ -113,17 +113,12 @@ class FilmSource(ImageSource):
         return promised_s
 
     def _check_end(self, number: int, first: float, last_ms: float) -> None:
-        """
-        Refuse a film that claims to be longer than ``number`` frames that could be read.
-
-        :param first: time of the first one in frames.
-        :param last_ms: that of the last one since then.
-        """
+        """Refuse a film that claims to be longer; times are of its first and last frame."""
         if not (0 < self._fps <= _MOST_FPS and number < self._claimed <= MOST_FRAMES):
             return
         promised_s = self._promised_s()
         # Durations are often those of the sound, and trimming is not exact.
-        if (first + 1) / self._fps + last_ms / 1e3 < (1 - _ROOM) * promised_s - _ROOM_S:
+        if (first + 1) / self._fps + last_ms / 1e3 < (1 - _SHORTER) * promised_s - _SHORTER_S:
             raise DamagedError(
                 f'{self.path} is damaged: {number} of about {round(promised_s * self._fps)} '
                 'frames can be read; copy or record it again'

@@ -73,12 +73,7 @@ def load_image(
 
 
 def load_heat_map(path: Path, max_pixels: int = MOST_PIXELS) -> NDArray[np.uint8]:
-    """
-    Read a heat map as (h, w) uint8.
-
-    :param max_pixels: how many it may have.
-    :raises SequenceError: if it cannot be read, is in colours, or has more pixels.
-    """
+    """Read a heat map, (h, w) uint8; SequenceError if it is none, or has more pixels."""
     try:
         return heat_map_of(load_image(path, cv2.IMREAD_UNCHANGED, max_pixels))
     except InputError as error:

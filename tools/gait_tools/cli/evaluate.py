@@ -164,7 +164,7 @@ def evaluate(options: argparse.Namespace) -> None:
         settings.append(f'segmentation.prior={options.prior}')
     config = PipelineConfig()
     if options.preset is not None:
-        from gait_segmentation.cli.settings import Settings, read_parameter_file
+        from gait_segmentation.cli.tool import Settings, read_parameter_file
 
         config = read_parameter_file(preset_file(options.preset), Settings(config)).config
     config = overridden(config, settings)

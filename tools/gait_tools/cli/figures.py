@@ -92,7 +92,7 @@ def draw(options: argparse.Namespace) -> None:
     keep_others([('--out', options.out / name, is_own_picture) for name in FILES], 'gait_figures')
     make_folder('--out', options.out)
     # Here, so that --help does not wait for the kernels to be loaded.
-    from gait_segmentation.cli.settings import Settings, read_parameter_file
+    from gait_segmentation.cli.tool import Settings, read_parameter_file
     from gait_segmentation.kernels import compile_kernels, compiling
     from gait_segmentation.pipeline import Pipeline, PipelineConfig
     from gait_segmentation.segmentation.segmenter import vocabulary_of
