@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import os
 import sys
-import tempfile
 from collections.abc import Iterable, Iterator, MutableMapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -57,12 +56,6 @@ def prepare(environment: MutableMapping[str, str]) -> None:
     if not any(environment.get(name) for name in _PROFILE):
         for name in _PROFILE:
             environment[name] = str(shared_file('config/fastdds_shm.xml'))
-
-
-def make_writable(folder: Path) -> None:
-    """Make a folder in which files can be written; OSError if that fails."""
-    folder.mkdir(parents=True, exist_ok=True)
-    tempfile.TemporaryFile(dir=folder).close()
 
 
 def read_yaml(path: Path, kind: type[GaitSegmentationError]) -> Any:

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from gait_segmentation.inputs.source import DEFAULT_FPS, DamagedError, Entry, Im
 
 if TYPE_CHECKING:
     from rosbags.highlevel import AnyReader
+    from rosbags.interfaces import TopicInfo
 
 _STORAGE = ('.mcap', '.db3')
 _IMAGE_TYPES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
@@ -45,13 +46,6 @@ def _storage_files(path: Path) -> list[Path]:
     if not path.is_dir():
         return [path]
     return [each for each in path.iterdir() if each.name.removesuffix('.zstd').endswith(_STORAGE)]
-
-
-class Topic(NamedTuple):
-    """A topic of a bag, its type and the number of its messages, None if unknown."""
-
-    kind: str
-    messages: int | None
 
 
 class BagSource(ImageSource):
@@ -89,7 +83,7 @@ class BagSource(ImageSource):
         self.topic, self._read = topic, read
         super().__init__(path, **wanted)
 
-    def open(self) -> int | None:
+    def open(self) -> int:
         """Find the topic."""
         for file in _storage_files(self.path):
             log = file.with_name(f'{file.name}-wal')
@@ -100,8 +94,7 @@ class BagSource(ImageSource):
                 )
         topics = self._topics()
         self.topic = _chosen(self.path, topics, self.topic)
-        self._kind = topics[self.topic].kind
-        return topics[self.topic].messages
+        return topics[self.topic].msgcount
 
     def rate(self) -> float:
         """Return the rate by the median interval of the first stamps."""
@@ -173,14 +166,10 @@ class BagSource(ImageSource):
             return sorted(_storage_files(self.path))
         return [self.path]
 
-    def _topics(self) -> dict[str, Topic]:
+    def _topics(self) -> dict[str, TopicInfo]:
         try:
             with self._reader() as reader:
-                found: dict[str, Topic] = {}
-                for each in reader.connections:
-                    before = found[each.topic].messages if each.topic in found else 0
-                    found[each.topic] = Topic(each.msgtype, (before or 0) + int(each.msgcount))
-                return found
+                return reader.topics
         except Exception as error:
             # rosbags and SQLite raise whatever the damage made of it.
             why = f'{_MEND} (rosbags says: {str(error) or repr(error)})'
@@ -203,9 +192,9 @@ def _fail(error: InputError) -> NDArray[np.uint8]:
     raise error
 
 
-def _chosen(path: Path, topics: dict[str, Topic], wanted: str) -> str:
+def _chosen(path: Path, topics: dict[str, TopicInfo], wanted: str) -> str:
     """Return the topic to read; SequenceError with a list of them if it is not clear."""
-    images = {name: topic for name, topic in topics.items() if topic.kind in _IMAGE_TYPES}
+    images = {name: topic for name, topic in topics.items() if topic.msgtype in _IMAGE_TYPES}
     if wanted:
         names = [name for name in (wanted, f'/{wanted}') if name in topics]
         if names and names[0] in images:
@@ -214,7 +203,7 @@ def _chosen(path: Path, topics: dict[str, Topic], wanted: str) -> str:
         raise SequenceError(
             f'{path}: topic {wanted} {what}; topics with images: {_topic_list(images or topics)}'
         )
-    filled = [name for name, topic in images.items() if topic.messages != 0]
+    filled = [name for name, topic in images.items() if topic.msgcount]
     if len(filled) == 1:
         return filled[0]
     if not filled:
@@ -228,9 +217,9 @@ def _chosen(path: Path, topics: dict[str, Topic], wanted: str) -> str:
     )
 
 
-def _topic_list(topics: dict[str, Topic]) -> str:
+def _topic_list(topics: dict[str, TopicInfo]) -> str:
     return ', '.join(f'{name} ({_described(topics[name])})' for name in sorted(topics)) or 'none'
 
 
-def _described(topic: Topic) -> str:
-    return f'{topic.kind}' + ('' if topic.messages is None else f', {topic.messages} messages')
+def _described(topic: TopicInfo) -> str:
+    return f'{topic.msgtype}, {topic.msgcount} messages'

@@ -88,17 +88,18 @@ _FLOATS = Encoding(1, None, 4)
 """``32FC1``, which no image of a camera has: heat maps and depths."""
 
 
-def check_pixels(size: tuple[int, int], most: int = MOST_PIXELS) -> None:
+def check_pixels(size: tuple[int, int], most: int = MOST_PIXELS, where: str = '') -> None:
     """
     Refuse image sizes from messages and files that no camera has.
 
     :param size: width and height.
     :param most: pixels there may be.
+    :param where: what errors begin with.
     :raises InputError: if there are more.
     """
     if size[0] * size[1] > most:
         raise InputError(
-            f'image must have at most {most} pixels (max_pixels), got {size[0]} x {size[1]}'
+            f'{where}image must have at most {most} pixels (max_pixels), got {size[0]} x {size[1]}'
         )
 
 
@@ -127,10 +128,7 @@ def decode_image(
         raise InputError(
             f'{name} is not a complete image that OpenCV decodes, got {data.size} bytes'
         )
-    try:
-        check_pixels((image.shape[1], image.shape[0]), most)
-    except InputError as error:
-        raise InputError(f'{name}: {error}') from None
+    check_pixels((image.shape[1], image.shape[0]), most, f'{name}: ')
     return image
 
 

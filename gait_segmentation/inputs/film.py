@@ -63,9 +63,9 @@ class FilmSource(ImageSource):
         if not opened:
             raise SequenceError(f'{self.path} cannot be read as a film: {self._why_closed()}')
         try:
-            check_pixels((width, height), self._max_pixels)
+            check_pixels((width, height), self._max_pixels, f'{self.path}: ')
         except InputError as error:
-            raise SequenceError(f'{self.path}: {error}') from error
+            raise SequenceError(str(error)) from error
         with self.path.open('rb') as file:
             timeless = file.read(4).startswith(_TIMELESS)
         if timeless and self._fps == _ASSUMED_FPS and not self._rate:

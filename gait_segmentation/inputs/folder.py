@@ -91,7 +91,11 @@ class FolderSource(ImageSource):
                 f'{self.path} holds no images ({", ".join(IMAGE_SUFFIXES)}) and no bag'
                 f'{self._way_out()}'
             )
-        others = Counter(each.suffix or each.name for each in self._others())
+        others = Counter(
+            each.suffix or each.name
+            for each in (self.path.iterdir() if self.path.is_dir() else ())
+            if each.suffix.lower() not in IMAGE_SUFFIXES and each.is_file()
+        )
         if others:
             listed = ', '.join(f'{count} {suffix}' for suffix, count in others.items())
             LOGGER.warning('%s: skipped what is no image that is read: %s', self.path, listed)
@@ -104,11 +108,6 @@ class FolderSource(ImageSource):
             if each.is_dir() and os.access(each, os.R_OK) and images_in(each):
                 return f': images lie one folder down, in {each}'
         return f': give each film or bag in it, such as {self.path}/*' if inside else ''
-
-    def _others(self) -> Iterator[Path]:
-        for each in self.path.iterdir() if self.path.is_dir() else ():
-            if each.suffix.lower() not in IMAGE_SUFFIXES and each.is_file():
-                yield each
 
     def entries(self) -> Iterator[Entry]:
         """Yield all frames."""
