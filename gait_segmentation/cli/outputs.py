@@ -89,25 +89,19 @@ class Output(ABC):
 
     It grows at :func:`partial_path`; :meth:`close` gives it its name, unless the replay was broken
     off.  It can be read in both cases.
+
+    ``option`` of the command asks for it, of which ``help`` tells; ``default`` is where it goes if
+    the option is not given, None if it is not wanted then.  ``suffix`` ends the name of a file
+    where several inputs have one each in a folder, which with ``in_folder`` a single one has, too.
+    ``files`` are those that an output may hold that is a folder, relative to it.
     """
 
     option: ClassVar[str]
-    """The option of the command that asks for it."""
-
     help: ClassVar[str]
-    """What the command says of the option."""
-
     default: ClassVar[Path | None] = None
-    """Where it goes if the option is not given, None if it is not wanted then."""
-
     suffix: ClassVar[str] = ''
-    """Of the name of a file, where several inputs have one each in a folder."""
-
     in_folder: ClassVar[bool] = False
-    """Whether the option names a folder of such outputs for a single input, too."""
-
     files: ClassVar[re.Pattern[str] | None] = None
-    """Of an output that is a folder: the files that it may hold, relative to it."""
 
     def __init__(
         self, path: Path, size: tuple[int, int] = (0, 0), fps: float = 0.0, slots: int = 1
