@@ -60,8 +60,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks import holds
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
-from gait_segmentation.cli.settings import read_parameter_file
-from gait_segmentation.cli.tool import add_preset_option, preset_file, run_tool
+from gait_segmentation.cli.tool import (
+    add_preset_option,
+    preset_file,
+    read_parameter_file,
+    run_tool,
+)
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input

@@ -44,10 +44,10 @@ from sklearn.preprocessing import StandardScaler
 from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from benchmarks.synthetic.things import THINGS, ThingClip
 from gait_segmentation.cli.tool import run_tool
-from gait_segmentation.files.image_files import read_heat_map
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input
+from gait_segmentation.inputs.folder import load_heat_map
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.scene.scene import Scene
 from gait_segmentation.starting import StartingConfig, WalkerFinder
@@ -86,7 +86,7 @@ def film(path: Path) -> Iterator[Frame]:
         others = path / 'rvm' / f'{sequence.frames[number].stem}.png'
         people = None
         if others.exists():
-            people = np.asarray(cv2.resize(read_heat_map(others), image.shape[1::-1]))
+            people = np.asarray(cv2.resize(load_heat_map(others), image.shape[1::-1]))
         yield image, sequence.stamp_ns(number), box, people
 
 

@@ -34,7 +34,7 @@ BANDS = 8
 BIN_VOLUME = (256 / BINS) ** 3
 """Volume of a bin: a density times this is the probability of a bin."""
 
-_LEAST_MASS = 1e-7  # share of the pixels below which a colour counts as never seen
+_NEVER_SEEN = 1e-7  # share of the pixels below which a colour counts as never seen
 _ENERGY_SIGMA = 0.8  # of the Gaussian over which energy is gathered, in pixels
 _ENERGY_GAIN = 0.3  # levels of a* or b* that a mean gradient of one level a pixel counts
 
@@ -163,7 +163,7 @@ def _learn(
             value = keep * histogram[index, band] + gain * newest[index, band]
             histogram[index, band] = value
             whole += value
-        used[index] = whole >= _LEAST_MASS
+        used[index] = whole >= _NEVER_SEEN
         if not used[index]:
             histogram[index] = 0
             table[index] = floor

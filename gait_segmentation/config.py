@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 
 from gait_segmentation.errors import ConfigError
 
-Config = TypeVar('Config')
+Stages = TypeVar('Stages')
 
 _KEY = 'gait_segmentation.parameter'
 _NONE = ('off', 'false')
@@ -83,11 +83,7 @@ class Parameter:
         return value
 
     def check(self, value: Any) -> None:
-        """
-        Refuse a value that is not allowed.
-
-        :raises ConfigError: with the parameter's name, the value and what is allowed.
-        """
+        """Raise ConfigError, which says what is allowed, if a value is not."""
         if self.type is float:
             right = _is_finite(value)
         elif self.type is tuple:
@@ -158,11 +154,7 @@ class StageConfig:
     """Base of the stages' configurations: checks every field against its declaration."""
 
     def __post_init__(self) -> None:
-        """
-        Check all fields, and put in what they stand for.
-
-        :raises ConfigError: at the first field whose value is not allowed.
-        """
+        """Put in what fields stand for; ConfigError at the first that is not allowed."""
         for about in parameters_of(self):
             value = about.meant(getattr(self, about.name))
             about.check(value)
@@ -174,13 +166,13 @@ def stages_of(config: Any) -> dict[str, StageConfig]:
     return {field.name: getattr(config, field.name) for field in dataclasses.fields(config)}
 
 
-def replaced(config: Config, stage: str, name: str, value: Any) -> Config:
+def replaced(config: Stages, stage: str, name: str, value: Any) -> Stages:
     """Return a pipeline's configuration with one parameter changed."""
     changed = dataclasses.replace(stages_of(config)[stage], **{name: value})
     return dataclasses.replace(config, **{stage: changed})  # type: ignore[type-var]
 
 
-def overridden(config: Config, settings: Iterable[str]) -> Config:
+def overridden(config: Stages, settings: Iterable[str]) -> Stages:
     """
     Return a pipeline's configuration with settings such as ``segmentation.contrast=3`` applied.
 

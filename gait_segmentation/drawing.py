@@ -11,12 +11,18 @@ from __future__ import annotations
 
 import colorsys
 import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box
+
+if TYPE_CHECKING:
+    from gait_segmentation.results import MatchResult, TrackResult
+    from gait_segmentation.segmentation import PeopleMasks
 
 Colour = tuple[int, int, int]
 """Blue, green, red, 0..255."""
@@ -36,7 +42,7 @@ REFINED_COLOUR: Colour = (60, 230, 60)
 _SHIFT = 4  # fractional bits of the coordinates given to OpenCV's line drawing
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _LARGE = 720  # longer side of an image, in pixels, above which letters and lines grow with it
-_VIEWS = (
+_VIEW_WORDS = (
     'to the right',
     'away, right',
     'away',
@@ -61,7 +67,7 @@ def track_colour(track_id: int) -> Colour:
 
 def view_word(azimuth: float) -> str:
     """Say in words where a person walks, from the azimuth in radians (0 right, pi/2 away)."""
-    return _VIEWS[round(azimuth / (math.pi / 4)) % 8]
+    return _VIEW_WORDS[round(azimuth / (math.pi / 4)) % 8]
 
 
 def _growth(image: Image) -> float:
@@ -135,32 +141,55 @@ def draw_label(
     cv2.putText(image, text, baseline, _FONT, size, colour, thick, cv2.LINE_AA)
 
 
-def draw_person(
-    image: Image,
-    *,
-    mask: NDArray[np.uint8],
-    box: Box | None,
-    track_id: int,
-    phase: float = math.nan,
-    azimuth: float = math.nan,
-) -> None:
+def draw_person(image: Image, mask: NDArray[np.uint8], box: Box, match: MatchResult) -> None:
     """
     Draw all that is known of a person: tinted silhouette with outline, box, label.
 
     :param mask: (H, W) uint8 of the image's size.
-    :param box: in the image's pixels, None draws no box and no label.
-    :param phase: in strides, NaN leaves it out of the label.
-    :param azimuth: in radians, NaN leaves the view out of the label.
+    :param box: in the image's pixels.
+    :param match: whose number is in the label, and whose view and phase if there is a body.
     """
-    colour = track_colour(track_id)
+    colour = track_colour(match.track_id)
     inside = mask > 127
     tinted = 0.75 * image[inside] + 0.25 * np.array(colour)
     image[inside] = tinted.astype(np.uint8)
     draw_outline(image, mask, colour, round(_growth(image)))
-    if box is None:
-        return
     draw_box(image, box, colour)
-    words = f'{track_id}' + ('' if math.isnan(azimuth) else f' {view_word(azimuth)}')
-    words += '' if math.isnan(phase) else f' {phase:.2f}'
+    words = f'{match.track_id}'
+    if match.body is not None:
+        words += f' {view_word(match.azimuth)} {match.phase:.2f}'
     blue, green, red = ((value + 255) // 2 for value in colour)
     draw_label(image, words, (box.x, box.y - 18 * _growth(image)), (blue, green, red))
+
+
+def segmentation_picture(
+    image: NDArray[np.uint8],
+    masks: PeopleMasks,
+    matches: Sequence[MatchResult],
+    tracks: Sequence[TrackResult] = (),
+) -> NDArray[np.uint8]:
+    """
+    Return a frame with silhouettes, templates, boxes and gait.
+
+    :param tracks: of the same people, if they are known: their boxes are then drawn in red, and
+        in place of the boxes about the masks the refined ones in green.
+    """
+    picture = image.copy()
+    for place, (found, match) in enumerate(zip(masks.people, matches, strict=True)):
+        box = Box.around(found.mask) if match.body is not None else None
+        if box is None:
+            continue
+        if not tracks:
+            draw_person(picture, found.mask, box, match)
+            draw_match(picture, template=match.shape_prior)
+            continue
+        track = tracks[place]
+        draw_person(picture, found.mask, match.box or box, match)
+        draw_match(
+            picture,
+            tracked=track.body,
+            angle=track.angle,
+            refined=match.box,
+            template=match.shape_prior,
+        )
+    return picture

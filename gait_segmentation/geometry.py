@@ -37,9 +37,9 @@ _LEAST_START = 8
 _LARGEST_START = 4.0
 # Least size of a box to match in pixels, and its largest size and distance in the image's longer
 # sides: beyond what a tracker makes of the smallest and the largest box to start from.
-_LEAST_MATCHED, _FARTHEST = 0.5, 8.0
+_LEAST_MATCHED, _MOST_SIDES = 0.5, 8.0
 # How much larger and farther away than its box a body may be, with any parameters of matching.
-_BEYOND = 12.0
+_BODY_BEYOND = 12.0
 
 REACH = 0.12
 """How far about the outline of a person it is asked whose pixels are, in body heights."""
@@ -263,7 +263,7 @@ def check_matched_box(box: Box, size: tuple[int, int]) -> None:
     :raises InputError: if the box is smaller than half a pixel, or larger than or farther away
         than 8 times the longer side of the image.
     """
-    most = _FARTHEST * max(size)
+    most = _MOST_SIDES * max(size)
     off_x, off_y = abs(box.center_x - size[0] / 2), abs(box.center_y - size[1] / 2)
     if (
         min(box.width, box.height) < _LEAST_MATCHED
@@ -288,7 +288,7 @@ def check_body(body: BodyFrame, size: tuple[int, int]) -> None:
     :raises InputError: if a value is not finite, the height not positive, or the body larger than
         or farther away than 96 times the longer side of the image.
     """
-    most = _FARTHEST * _BEYOND * max(size)
+    most = _MOST_SIDES * _BODY_BEYOND * max(size)
     off_x, off_y = abs(body.center_x - size[0] / 2), abs(body.center_y - size[1] / 2)
     # Written so that what is no number is refused.
     near = body.height <= most and off_x <= most and off_y <= most

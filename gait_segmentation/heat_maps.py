@@ -45,7 +45,7 @@ region is theirs.
 _BIN_WIDTH = 16
 """Values of a map in one bin."""
 
-_RATE = 0.1
+_SHARES_RATE = 0.1
 """Least share by which the shares move towards the newest mask."""
 
 
@@ -203,11 +203,7 @@ class HeatMaps:
         self._trust = MapTrust()
 
     def add(self, heat_map: NDArray[Any], stamp_ns: int) -> None:
-        """
-        Take in a map; the array may be changed afterwards.
-
-        :raises InputError: see :func:`heat_map_of`.
-        """
+        """Take in a map, which may be changed afterwards; InputError, see :func:`heat_map_of`."""
         values = heat_map_of(heat_map)
         if np.shares_memory(values, heat_map):
             values = values.copy()
@@ -281,7 +277,7 @@ class MapCalibration:
         else:
             # What was known before any mask is worth one.
             self._masks += 1
-            rate = max(_RATE, 1 / self._masks)
+            rate = max(_SHARES_RATE, 1 / self._masks)
             self.shares = self.shares + rate * (shares - self.shares)
 
     def evidence(self, values: NDArray[np.uint8], weight: float = 1.0) -> NDArray[np.float32]:

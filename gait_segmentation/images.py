@@ -113,18 +113,6 @@ def within(part: Window, window: Window) -> Window:
     return rows, columns
 
 
-def shift_whole(image: NDArray[np.uint8], dx: int, dy: int) -> NDArray[np.uint8]:
-    """
-    Shift an image by whole pixels, zero where nothing is known.
-
-    :param image: (H, W) or (H, W, C) uint8.
-    :returns: an image of the same shape; ``image`` itself if nothing moves.
-    """
-    if dx == 0 and dy == 0:
-        return image
-    return shifted_part(image, dx, dy, (slice(0, image.shape[0]), slice(0, image.shape[1])))
-
-
 def shifted_part(image: NDArray[np.uint8], dx: int, dy: int, window: Window) -> NDArray[np.uint8]:
     """
     Return a window of an image shifted by whole pixels, zero where nothing is known.

@@ -25,7 +25,7 @@ from numba import njit
 from numba.core.dispatcher import Dispatcher
 from numba.core.sigutils import normalize_signature
 
-from gait_segmentation.files.output_files import named
+from gait_segmentation.files import named
 
 _PACKAGE = __name__.partition('.')[0]
 

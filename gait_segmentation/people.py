@@ -14,7 +14,7 @@ from gait_segmentation.config import StageConfig, parameter
 MOST_PEOPLE = 16
 """Slots there can be."""
 
-Result = TypeVar('Result')
+TaskResult = TypeVar('TaskResult')
 
 
 @dataclass(frozen=True)
@@ -54,14 +54,12 @@ class TaskPool:
     def __init__(self, threads: int) -> None:
         """Prepare for a number of threads; with one, everything is done by the caller."""
         self._threads = threads
-        self._pool: ThreadPoolExecutor | None = None
+        self._pool = ThreadPoolExecutor(threads, thread_name_prefix='people')
 
-    def run(self, tasks: Sequence[Callable[[], Result]]) -> list[Result]:
+    def run(self, tasks: Sequence[Callable[[], TaskResult]]) -> list[TaskResult]:
         """Return all results, in order, when all is done, or raise the first error of them."""
         if self._threads < 2 or len(tasks) < 2:
             return [task() for task in tasks]
-        if self._pool is None:
-            self._pool = ThreadPoolExecutor(self._threads, thread_name_prefix='people')
         futures = [self._pool.submit(task) for task in tasks]
         wait(futures)
         return [future.result() for future in futures]

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.detector.config import DetectorConfig
 from gait_segmentation.detector.lookout import Lookout
+from gait_segmentation.detector.networks import DetectorConfig
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.geometry import Box
@@ -146,11 +146,7 @@ class Pipeline:
         self.tracker.initialize(box)
 
     def add_heat_map(self, heat_map: NDArray[Any], stamp_ns: int) -> None:
-        """
-        Add a heat map of people; see :meth:`PeopleTracker.add_heat_map`.
-
-        :raises InputError: if it is no heat map.
-        """
+        """Add a heat map, see :meth:`PeopleTracker.add_heat_map`; InputError if it is none."""
         self.tracker.add_heat_map(heat_map, stamp_ns)
 
     def update(

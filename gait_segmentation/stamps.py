@@ -25,16 +25,11 @@ LEAST_STEP_NS = 200_000
 
 
 class Order(Enum):
-    """What the stamp of a frame says about its place among the others."""
+    """What a stamp says: its frame is next, too late, or far back, and all before is void."""
 
     NEXT = 'next'
-    """It is later than all before."""
-
     STALE = 'stale'
-    """It is not: the frame is to be dropped."""
-
     RESET = 'reset'
-    """It is more than a second earlier: nothing of what was before counts."""
 
 
 class Stamps:

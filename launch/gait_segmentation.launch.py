@@ -16,7 +16,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterFile
 
-from gait_segmentation.files.installed import prepare, shared_file
+from gait_segmentation.files import prepare, shared_file
 from launch import LaunchDescription
 
 PACKAGE = 'gait_segmentation'

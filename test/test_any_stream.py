@@ -14,8 +14,7 @@ import numpy as np
 import pytest
 
 from benchmarks.synthetic import SyntheticFrame
-from gait_segmentation.cli.settings import read_parameter_file
-from gait_segmentation.cli.tool import preset_file
+from gait_segmentation.cli.tool import preset_file, read_parameter_file
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig

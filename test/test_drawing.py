@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gait_segmentation.drawing import track_colour, view_word
+from gait_segmentation.drawing import segmentation_picture, track_colour, view_word
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.pictures import segmentation_picture
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.segmentation import PeopleMasks
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from benchmarks.synthetic.scenery import make_panorama
 from benchmarks.synthetic.walkers import Walker, draw_walker, make_outfit
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.files.output_files import write_file
+from gait_segmentation.files import write_file
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_tools.evaluation.metrics import AMBIGUOUS, PERSON, UNCLEAR
 from gait_tools.evaluation.report import write_image

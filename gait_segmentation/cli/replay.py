@@ -11,26 +11,27 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from gait_segmentation.cli.replaying.run import OUTPUTS, Job, Report, replay_all
-from gait_segmentation.cli.settings import Settings, read_parameter_file
+from gait_segmentation.cli.jobs import Job, Report, replay_all
+from gait_segmentation.cli.outputs import OUTPUTS
 from gait_segmentation.cli.tool import (
     FAILED,
     INTERRUPTED,
     PROCESSORS,
     READING,
+    Settings,
     add_config_options,
     add_reading_options,
     check_ranges,
     command_parser,
     preset_file,
+    read_parameter_file,
     run_tool,
 )
 from gait_segmentation.config import overridden, replaced
-from gait_segmentation.detector.config import BOXES
-from gait_segmentation.detector.networks import open_networks
+from gait_segmentation.detector.networks import BOXES, open_networks
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.files.image_files import is_picture
 from gait_segmentation.geometry import Box
+from gait_segmentation.inputs.folder import is_picture
 
 _DAMAGED = 1
 
@@ -124,11 +125,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def make_jobs(options: argparse.Namespace) -> list[Job]:
-    """
-    Return what is to be done.
-
-    :raises ConfigError: if an option cannot be used.
-    """
+    """Return what is to be done; ConfigError if an option cannot be used."""
     check_ranges(options, {'jobs': PROCESSORS})
     settings = Settings()
     for path in (options.preset and preset_file(options.preset), options.params):
@@ -169,11 +166,7 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
 
 
 def names_of(paths: list[Path]) -> list[str]:
-    """
-    Return the names of outputs: that of the input, with its folder's where two have the same.
-
-    :raises ConfigError: if that does not tell them apart.
-    """
+    """Return names of outputs: those of the inputs, with their folders' where two are the same."""
     # Not by Path.resolve, which some versions of Python let fail at links in a circle.
     paths = [Path(os.path.realpath(path)) for path in paths]
     names = [path.name if path.is_dir() else path.stem for path in paths]

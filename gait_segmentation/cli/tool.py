@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What commands share: errors in one line, Ctrl-C without a traceback, places for outputs."""
+"""What commands share: errors in one line, Ctrl-C without a traceback, options, parameters."""
 
 from __future__ import annotations
 
@@ -9,10 +9,12 @@ import io
 import os
 import sys
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gait_segmentation import MOST_PIXELS
+from gait_segmentation.config import parameters_of, replaced, stages_of
 from gait_segmentation.errors import (
     EXTRAS,
     ConfigError,
@@ -20,9 +22,18 @@ from gait_segmentation.errors import (
     InputError,
     not_installed,
 )
-from gait_segmentation.files.installed import shared_file
-from gait_segmentation.files.output_files import problem_of
+from gait_segmentation.files import problem_of, read_yaml, shared_file
 from gait_segmentation.geometry import Box, check_start_box
+from gait_segmentation.pipeline import PipelineConfig
+from gait_segmentation.streams.config import (
+    OF_NODES,
+    BankConfig,
+    StartConfig,
+    misnamed,
+    qualified,
+    sections_of,
+    unused,
+)
 
 if TYPE_CHECKING:
     from gait_segmentation.inputs import ImageSource
@@ -44,6 +55,11 @@ _PRESETS = {
     'paper': 'paper.yaml',
 }
 """Installed parameter files by the names they have on the command line."""
+
+
+_SECTIONS = ('gait_tracker', 'gait_matcher', 'gait_segmenter', 'gait_pipeline', '**', '*')
+_UNNAMED = 'people'
+"""The stage whose parameters have no prefix in ROS, and here either way."""
 
 
 def run_tool(name: str, run: Callable[[], int | None]) -> int:
@@ -114,11 +130,7 @@ def add_preset_option(parser: argparse.ArgumentParser) -> None:
 
 
 def preset_file(name: str) -> Path:
-    """
-    Return the parameter file of a preset, for :func:`read_parameter_file` and for nodes.
-
-    :raises ConfigError: if it is not installed.
-    """
+    """Return the parameter file of a preset; ConfigError if it is not installed."""
     return shared_file(f'config/{_PRESETS[name]}')
 
 
@@ -135,11 +147,7 @@ def add_config_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_reading_options(parser: argparse.ArgumentParser, rate: str) -> None:
-    """
-    Add the options that say what of an input is read, and how.
-
-    :param rate: what the input's own rate is.
-    """
+    """Add the options of what is read, and how; ``rate`` says what the input's own is."""
     add = parser.add_argument
     add('--topic', default='', help='topic of the images, if a bag has several')
     add('--start', type=int, default=0, metavar='N', help='first frame, counted from 0')
@@ -172,12 +180,7 @@ def add_reading_options(parser: argparse.ArgumentParser, rate: str) -> None:
 
 
 def check_ranges(options: argparse.Namespace, ranges: Mapping[str, tuple[float, float]]) -> None:
-    """
-    Refuse options with numbers that are not allowed.
-
-    :param ranges: the least and the largest by the name of the option.
-    :raises ConfigError: at the first such option, with what is allowed.
-    """
+    """Refuse numbers beyond the least and the largest, given by their options: ConfigError."""
     for name, (low, high) in ranges.items():
         value = getattr(options, name)
         # Written so that what is no number is refused.
@@ -188,11 +191,7 @@ def check_ranges(options: argparse.Namespace, ranges: Mapping[str, tuple[float, 
 
 
 def scaled_box(box: Box | None, source: ImageSource) -> Box | None:
-    """
-    Return the first box in the pixels of the frames, None where people are to be found.
-
-    :raises ConfigError: if it lies outside of the frames or is far larger.
-    """
+    """Return the first box in pixels of the frames; ConfigError if they cannot show such a one."""
     if box is None:
         return None
     scaled = box.scaled(source.scale)
@@ -201,3 +200,72 @@ def scaled_box(box: Box | None, source: ImageSource) -> Box | None:
     except InputError as error:
         raise ConfigError(f'the first box does not fit the frames: {error}') from error
     return scaled
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What a parameter file says that concerns a pipeline."""
+
+    config: PipelineConfig = field(default_factory=PipelineConfig)
+    start: StartConfig = field(default_factory=StartConfig)
+    bank: BankConfig = field(default_factory=BankConfig)
+
+
+def read_parameter_file(path: Path, settings: Settings | None = None) -> Settings:
+    """
+    Return what a ROS parameter file says, as the nodes read it.
+
+    Sections of other nodes, and parameters that only nodes have, are left out.
+
+    :param settings: what holds where the file says nothing; the defaults if None.
+    :raises ConfigError: if it cannot be read, nothing in it is for a node of this package, or a
+        stage has no such parameter or value.
+    """
+    settings = settings or Settings()
+    content = read_yaml(path, ConfigError)
+    if why := unused(content):
+        raise ConfigError(f'{path}: {why}')
+    for name, section in sections_of(content):
+        if name not in _SECTIONS:
+            continue
+        given = _flat(section)
+        for parameter, meant in misnamed(given, _names(settings.config)).items():
+            hint = f': did you mean {meant}?' if meant else ', see docs/parameters.md'
+            raise ConfigError(f'{path}: there is no parameter {parameter}{hint}')
+        for parameter, value in given.items():
+            try:
+                settings = _changed(settings, parameter, value)
+            except GaitSegmentationError as error:
+                raise ConfigError(f'{path}: {error}') from error
+    return settings
+
+
+def _names(config: PipelineConfig) -> list[str]:
+    """Return the names of all parameters that the nodes have."""
+    groups = [(stage, type(values)) for stage, values in stages_of(config).items()]
+    groups += [('', kind) for kind in (type(stages_of(config)[_UNNAMED]), *OF_NODES)]
+    return [
+        qualified(group, about.name) for group, kind in groups for about in parameters_of(kind)
+    ]
+
+
+def _flat(values: Any, prefix: str = '') -> dict[str, Any]:
+    """Return nested sections as names with dots."""
+    if not isinstance(values, dict):
+        return {prefix.rstrip('.'): values}
+    found: dict[str, Any] = {}
+    for name, value in values.items():
+        found |= _flat(value, f'{prefix}{name}.')
+    return found
+
+
+def _changed(settings: Settings, name: str, value: Any) -> Settings:
+    for group in ('start', 'bank'):
+        if name in (about.name for about in parameters_of(getattr(settings, group))):
+            return replaced(settings, group, name, value)
+    given, _, parameter = name.rpartition('.')
+    stage, stages = given or _UNNAMED, stages_of(settings.config)
+    if stage in stages and parameter in (about.name for about in parameters_of(stages[stage])):
+        config = replaced(settings.config, stage, parameter, value)
+        return replace(settings, config=config)
+    return settings

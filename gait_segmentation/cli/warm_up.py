@@ -19,7 +19,7 @@ this as the user who will run the nodes, with the same NUMBA_CACHE_DIR if that
 is set.  With --people it also fetches the network of detector.network: people.
 """
 
-_EPILOG = """
+_NOTES = """
 exit code: 0, also if there is nothing to do; 2 after an error; 130 if
 interrupted: what was compiled until then is kept
 
@@ -42,7 +42,7 @@ def _run(*, people: bool) -> None:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
-    parser = command_parser('gait_warm_up', _DESCRIPTION, _EPILOG)
+    parser = command_parser('gait_warm_up', _DESCRIPTION, _NOTES)
     parser.add_argument(
         '--people', action='store_true', help='fetch the network of people by pip, once (36 MB)'
     )

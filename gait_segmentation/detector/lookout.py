@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.detector.config import BOXES, DetectorConfig
-from gait_segmentation.detector.networks import Networks, open_networks
+from gait_segmentation.detector.networks import BOXES, DetectorConfig, Networks, open_networks
 from gait_segmentation.detector.person_detector import Detection
 from gait_segmentation.errors import GaitSegmentationError
 

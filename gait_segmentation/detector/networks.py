@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
@@ -13,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.detector.config import BOXES, PEOPLE
+from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.detector.person_detector import (
     LEAST_SCORE,
     Detection,
@@ -24,6 +25,9 @@ from gait_segmentation.detector.person_detector import (
 from gait_segmentation.detector.person_map import PersonMap
 from gait_segmentation.errors import DetectorError, one_line
 from gait_segmentation.images import check_image
+
+BOXES, PEOPLE = 'boxes', 'people'
+"""Networks that have a name."""
 
 _DYNAMIC = 640
 """Side of the image that a network sees which takes any, in pixels."""
@@ -39,10 +43,40 @@ _INPUT = re.compile(
 )
 """How OpenCV tells of a network's only input."""
 
-_KINDS = (
+_SHAPES = (
     'a heat map (h x w or 1 x h x w, 0..1), or boxes as YOLOX has them (n x 5 + classes), YOLOv8 '
     'or later (4 + classes x n), or with the suppression in it (n x 6)'
 )
+
+
+@dataclass(frozen=True)
+class DetectorConfig(StageConfig):
+    """Which network looks at whole images, and how often."""
+
+    network: str = parameter(
+        BOXES,
+        'boxes = the detector of this package, where starting.auto_init asks for it; people = it '
+        'and a heat map of all whom it sees, by a second network that gait_warm_up --people '
+        'fetches once; FILE.onnx = a network of your own, for boxes or a heat map.',
+        fixed=True,
+    )
+    calm_period: float = parameter(
+        0.4,
+        'Time between two looks for boxes while all is well.',
+        unit='s',
+        minimum=0.0,
+        maximum=60.0,
+        fixed=True,
+    )
+    urgent_period: float = parameter(
+        0.1,
+        'The same while nobody is tracked, somebody is lost or was not seen, or boxes are needed '
+        'for a heat map.',
+        unit='s',
+        minimum=0.0,
+        maximum=60.0,
+        fixed=True,
+    )
 
 
 class Mapper(Protocol):
@@ -68,12 +102,7 @@ class Networks(NamedTuple):
 
 
 def open_networks(name: str) -> Networks:
-    """
-    Load networks.
-
-    :param name: the value of ``detector.network``.
-    :raises DetectorError: if they cannot be loaded, or a file's network is of another kind.
-    """
+    """Load the networks of a ``detector.network``; DetectorError if they cannot be used."""
     if name == BOXES:
         return Networks(default_detector().people)
     if name == PEOPLE:
@@ -132,7 +161,7 @@ class _File:
         ):
             return 'map'
         found = ' x '.join(map(str, shape))
-        raise DetectorError(f'the first output of {self._path} must be {_KINDS}, got {found}')
+        raise DetectorError(f'the first output of {self._path} must be {_SHAPES}, got {found}')
 
     def _seen(self, image: NDArray[np.uint8], scale: float, *, rgb: bool) -> NDArray[np.float32]:
         """Return what the network says of an image, which fills its input from the top left."""

@@ -23,7 +23,7 @@ from gait_segmentation.images import check_image
 MODEL = Path(__file__).with_name('person_detector.onnx.gz')
 """The network; where it comes from and its licence are told by the text beside it."""
 
-_SIDE = 320
+_LONGER_SIDE = 320
 """Longer side of the image that the network sees, in pixels."""
 
 _MULTIPLE = 32
@@ -33,10 +33,10 @@ have one row, OpenCV 5.0 reads what it has not written.
 """
 
 _GREY = (127.5, 127.5, 127.5)
-_CELL = 4
+_CELL_PX = 4
 """Pixels of that image which a cell of the network's output stands for."""
 
-LEAST_SCORE, _OVERLAP = 0.15, 0.6
+LEAST_SCORE, _NMS_OVERLAP = 0.15, 0.6
 """Score from which somebody is told of, and overlap of two boxes of one person."""
 
 
@@ -52,11 +52,7 @@ class PersonDetector:
     """Detects people in single images; may be called by several threads."""
 
     def __init__(self, path: Path = MODEL) -> None:
-        """
-        Load the network.
-
-        :raises DetectorError: if this version of OpenCV cannot.
-        """
+        """Load the network; DetectorError if this version of OpenCV cannot."""
         try:
             content = np.frombuffer(gzip.decompress(path.read_bytes()), np.uint8)
             self._net = cv2.dnn.readNetFromONNX(content)
@@ -77,7 +73,7 @@ class PersonDetector:
         """
         check_image(image)
         height, width = image.shape[:2]
-        small = resized(image, _SIDE / max(height, width))
+        small = resized(image, _LONGER_SIDE / max(height, width))
         rows, columns = small.shape[:2]
         below, right = (max(-side % _MULTIPLE, 2 * _MULTIPLE - side) for side in (rows, columns))
         small = cv2.copyMakeBorder(small, 0, below, 0, right, cv2.BORDER_CONSTANT)
@@ -89,7 +85,7 @@ class PersonDetector:
         y, x = np.nonzero(peaks & (logits > math.log(LEAST_SCORE / (1 - LEAST_SCORE))))
         tall, wide, dy, dx = (each[y, x] for each in sizes)
         boxes = np.stack([x + dx - wide / 2, y + dy - tall / 2, wide, tall], 1)
-        boxes *= _CELL * np.tile([width / columns, height / rows], 2)
+        boxes *= _CELL_PX * np.tile([width / columns, height / rows], 2)
         scores = 1 / (1 + np.exp(-logits[y, x]))
         return detections_of(boxes, scores, image.shape)
 
@@ -112,7 +108,7 @@ def detections_of(
     :param scores: (n,), 0..1.
     :param shape: (H, W, ...) of the image.
     """
-    kept = cv2.dnn.NMSBoxes(boxes.tolist(), scores.tolist(), LEAST_SCORE, _OVERLAP)
+    kept = cv2.dnn.NMSBoxes(boxes.tolist(), scores.tolist(), LEAST_SCORE, _NMS_OVERLAP)
     found = []
     for index in np.reshape(np.array(kept, int), -1):
         left, top, across, down = boxes[index].tolist()
@@ -125,9 +121,5 @@ def detections_of(
 
 @cache
 def default_detector() -> PersonDetector:
-    """
-    Return the detector that all of this process share.
-
-    :raises DetectorError: if it cannot be loaded.
-    """
+    """Return the detector that all of this process share; DetectorError if it cannot be loaded."""
     return PersonDetector()

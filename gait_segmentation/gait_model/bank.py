@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import BankError
-from gait_segmentation.files.output_files import write_file
+from gait_segmentation.files import write_file
 
 FORMAT = 'gait_segmentation template bank'
 FORMAT_VERSION = 2

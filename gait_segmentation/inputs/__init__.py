@@ -11,9 +11,9 @@ from typing import Any
 
 from gait_segmentation import MOST_PIXELS
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.files.image_files import is_picture
 from gait_segmentation.inputs.bag import BagSource, is_bag
-from gait_segmentation.inputs.film import FilmSource, FolderSource
+from gait_segmentation.inputs.film import FilmSource
+from gait_segmentation.inputs.folder import FolderSource, is_picture
 from gait_segmentation.inputs.source import DamagedError, Frame, ImageSource, check_rate
 
 __all__ = ['DamagedError', 'Frame', 'ImageSource', 'check_rate', 'open_input']

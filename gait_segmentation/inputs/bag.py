@@ -5,12 +5,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +21,10 @@ from gait_segmentation.inputs.source import DEFAULT_FPS, DamagedError, Entry, Im
 
 if TYPE_CHECKING:
     from rosbags.highlevel import AnyReader
+    from rosbags.interfaces import TopicInfo
 
 _STORAGE = ('.mcap', '.db3')
-_IMAGE = 'sensor_msgs/msg/Image'
-_COMPRESSED = 'sensor_msgs/msg/CompressedImage'
+_IMAGE_TYPES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 _MEND = 'mcap recover FILE, rosbag reindex FILE or ros2 bag reindex FOLDER mends what was cut off'
 _NAMELESS = re.compile(rb"""storage_identifier: *(''|"")? *$""", re.MULTILINE)
 _RATE_FRAMES = 60
@@ -48,13 +48,6 @@ def _storage_files(path: Path) -> list[Path]:
     return [each for each in path.iterdir() if each.name.removesuffix('.zstd').endswith(_STORAGE)]
 
 
-class Topic(NamedTuple):
-    """A topic of a bag, its type and the number of its messages, None if unknown."""
-
-    kind: str
-    messages: int | None
-
-
 class BagSource(ImageSource):
     """
     The images on one topic of a bag, with the stamps of their headers.
@@ -63,14 +56,19 @@ class BagSource(ImageSource):
     to be mended first.
     """
 
-    read = staticmethod(read_image)
-    """Decodes a message, given the pixels it may have and the bits of those of 16."""
-
-    def __init__(self, path: Path, *, topic: str = '', **wanted: Any) -> None:
+    def __init__(
+        self,
+        path: Path,
+        *,
+        topic: str = '',
+        read: Callable[[Any, int, int], NDArray[np.uint8]] = read_image,
+        **wanted: Any,
+    ) -> None:
         """
         Open a bag.
 
         :param topic: of the images; empty: the one that holds images.
+        :param read: decodes a message, given the pixels it may have and the bits of those of 16.
         :param wanted: ``width``, ``start`` and ``count``, see :func:`open_input`.
         :raises SequenceError: if the bag cannot be read, the topic is not there or not clear, or
             what reads bags is not installed.
@@ -82,10 +80,10 @@ class BagSource(ImageSource):
             import rosbags  # noqa: F401
         except ModuleNotFoundError as error:
             raise SequenceError(f'{path} is a bag: {not_installed(str(error.name))}') from error
-        self.topic = topic
+        self.topic, self._read = topic, read
         super().__init__(path, **wanted)
 
-    def open(self) -> int | None:
+    def open(self) -> int:
         """Find the topic."""
         for file in _storage_files(self.path):
             log = file.with_name(f'{file.name}-wal')
@@ -96,8 +94,7 @@ class BagSource(ImageSource):
                 )
         topics = self._topics()
         self.topic = _chosen(self.path, topics, self.topic)
-        self._kind = topics[self.topic].kind
-        return topics[self.topic].messages
+        return topics[self.topic].msgcount
 
     def rate(self) -> float:
         """Return the rate by the median interval of the first stamps."""
@@ -147,7 +144,7 @@ class BagSource(ImageSource):
             return Entry(0, recorded_ns, '', partial(_fail, error))
         stamp = message.header.stamp
         header_ns = int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
-        decode = partial(self.read, message, self._max_pixels, self._sample_bits)
+        decode = partial(self._read, message, self._max_pixels, self._sample_bits)
         shape = claimed_shape(message) or (0, 0)
         return Entry(header_ns, recorded_ns, message.header.frame_id, decode, shape)
 
@@ -169,14 +166,10 @@ class BagSource(ImageSource):
             return sorted(_storage_files(self.path))
         return [self.path]
 
-    def _topics(self) -> dict[str, Topic]:
+    def _topics(self) -> dict[str, TopicInfo]:
         try:
             with self._reader() as reader:
-                found: dict[str, Topic] = {}
-                for each in reader.connections:
-                    before = found[each.topic].messages if each.topic in found else 0
-                    found[each.topic] = Topic(each.msgtype, (before or 0) + int(each.msgcount))
-                return found
+                return reader.topics
         except Exception as error:
             # rosbags and SQLite raise whatever the damage made of it.
             why = f'{_MEND} (rosbags says: {str(error) or repr(error)})'
@@ -199,38 +192,34 @@ def _fail(error: InputError) -> NDArray[np.uint8]:
     raise error
 
 
-def _chosen(path: Path, topics: dict[str, Topic], wanted: str) -> str:
-    """
-    Return the topic to read.
-
-    :raises SequenceError: with a list of the topics if it is not there or not clear.
-    """
-    images = {name: topic for name, topic in topics.items() if topic.kind in (_IMAGE, _COMPRESSED)}
+def _chosen(path: Path, topics: dict[str, TopicInfo], wanted: str) -> str:
+    """Return the topic to read; SequenceError with a list of them if it is not clear."""
+    images = {name: topic for name, topic in topics.items() if topic.msgtype in _IMAGE_TYPES}
     if wanted:
         names = [name for name in (wanted, f'/{wanted}') if name in topics]
         if names and names[0] in images:
             return names[0]
-        what = f'is {_about(topics[names[0]])}' if names else 'is not there'
+        what = f'is {_described(topics[names[0]])}' if names else 'is not there'
         raise SequenceError(
-            f'{path}: topic {wanted} {what}; topics with images: {_listed(images or topics)}'
+            f'{path}: topic {wanted} {what}; topics with images: {_topic_list(images or topics)}'
         )
-    filled = [name for name, topic in images.items() if topic.messages != 0]
+    filled = [name for name, topic in images.items() if topic.msgcount]
     if len(filled) == 1:
         return filled[0]
     if not filled:
         raise SequenceError(
             f'{path} has no images (sensor_msgs/Image or CompressedImage); its topics: '
-            f'{_listed(topics)}'
+            f'{_topic_list(topics)}'
         )
     raise SequenceError(
         f'{path} has {len(filled)} topics with images, choose one with --topic (topic:= of a '
-        f'launch file): {_listed({name: images[name] for name in filled})}'
+        f'launch file): {_topic_list({name: images[name] for name in filled})}'
     )
 
 
-def _listed(topics: dict[str, Topic]) -> str:
-    return ', '.join(f'{name} ({_about(topics[name])})' for name in sorted(topics)) or 'none'
+def _topic_list(topics: dict[str, TopicInfo]) -> str:
+    return ', '.join(f'{name} ({_described(topics[name])})' for name in sorted(topics)) or 'none'
 
 
-def _about(topic: Topic) -> str:
-    return f'{topic.kind}' + ('' if topic.messages is None else f', {topic.messages} messages')
+def _described(topic: TopicInfo) -> str:
+    return f'{topic.msgtype}, {topic.msgcount} messages'

@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 
 from gait_segmentation import MOST_PIXELS
 from gait_segmentation.errors import InputError
-from gait_segmentation.files.image_files import check_pixels, decode_image
 from gait_segmentation.heat_maps import heat_map_of
 
 ImageLike: TypeAlias = Any
@@ -32,7 +31,7 @@ CompressedImageLike: TypeAlias = Any
 _DARK_BITS = 2
 """Upper bits that are not used by the whole of an image of which they are said to be."""
 
-_SHOWN = 40
+_LETTERS = 40
 """Letters of a name from the wire that errors repeat."""
 
 
@@ -89,6 +88,50 @@ _FLOATS = Encoding(1, None, 4)
 """``32FC1``, which no image of a camera has: heat maps and depths."""
 
 
+def check_pixels(size: tuple[int, int], most: int = MOST_PIXELS, where: str = '') -> None:
+    """
+    Refuse image sizes from messages and files that no camera has.
+
+    :param size: width and height.
+    :param most: pixels there may be.
+    :param where: what errors begin with.
+    :raises InputError: if there are more.
+    """
+    if size[0] * size[1] > most:
+        raise InputError(
+            f'{where}image must have at most {most} pixels (max_pixels), got {size[0]} x {size[1]}'
+        )
+
+
+def decode_image(
+    data: NDArray[np.uint8], flags: int, *, name: str, most: int = MOST_PIXELS
+) -> NDArray[Any]:
+    """
+    Decode an image.
+
+    :param data: (n,) uint8, the contents of the file or message.
+    :param flags: how, as ``cv2.imdecode`` takes it.
+    :param name: what errors call the image.
+    :param most: pixels it may have.
+    :returns: (H, W) or (H, W, channels), uint8 unless the flags let it be more.
+    :raises InputError: if it cannot be decoded, or claims too many pixels.
+    """
+    try:
+        image = cv2.imdecode(data, flags) if data.size else None
+    except cv2.error as error:
+        if 'CV_IO_MAX_IMAGE' in str(error):
+            raise InputError(
+                f'{name} has more pixels than OPENCV_IO_MAX_IMAGE_PIXELS allows'
+            ) from None
+        image = None
+    if image is None:
+        raise InputError(
+            f'{name} is not a complete image that OpenCV decodes, got {data.size} bytes'
+        )
+    check_pixels((image.shape[1], image.shape[0]), most, f'{name}: ')
+    return image
+
+
 def upper_bits(samples: NDArray[np.uint16], bits: int = 16) -> NDArray[np.uint8]:
     """
     Return the upper 8 of the bits that an image of 16 uses, any shape.
@@ -112,12 +155,7 @@ def _warn_of_darkness(bits: int) -> None:
 
 
 def in_8_bits(image: NDArray[Any], name: str, bits: int = 16) -> NDArray[np.uint8]:
-    """
-    Return a decoded image in 8 bits, see :func:`upper_bits`.
-
-    :param name: what errors call it.
-    :raises InputError: if it has neither 8 nor 16.
-    """
+    """Return an image in 8 bits, see :func:`upper_bits`; InputError if it has neither 8 nor 16."""
     if image.dtype == np.uint16:
         return upper_bits(image, bits)
     if image.dtype != np.uint8:
@@ -141,7 +179,7 @@ def pixels(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uint8] | N
     if encoding is None:
         raise InputError(
             f'image encoding must be one of {", ".join(ENCODINGS)}, got '
-            f'{message.encoding[:_SHOWN]!r}'
+            f'{message.encoding[:_LETTERS]!r}'
         )
     return _samples(message, encoding, 'u', most)
 
@@ -211,7 +249,7 @@ def read_mono8(message: ImageLike) -> NDArray[np.uint8]:
     """
     if message.encoding not in ('mono8', '8UC1'):
         raise InputError(
-            f'image encoding must be mono8 or 8UC1, got {message.encoding[:_SHOWN]!r}'
+            f'image encoding must be mono8 or 8UC1, got {message.encoding[:_LETTERS]!r}'
         )
     return np.ascontiguousarray(pixels(message))
 
@@ -229,7 +267,7 @@ def read_heat_map(message: ImageLike, most: int = MOST_PIXELS) -> NDArray[np.uin
     if message.encoding not in ('mono8', '8UC1', 'mono16'):
         raise InputError(
             'heat map encoding must be mono8, 8UC1, mono16 or 32FC1, got '
-            f'{message.encoding[:_SHOWN]!r}'
+            f'{message.encoding[:_LETTERS]!r}'
         )
     return heat_map_of(pixels(message, most))
 
@@ -245,7 +283,7 @@ def read_compressed(
     :returns: (height, width, 3) uint8 BGR.
     :raises InputError: if it cannot be decoded, or claims more pixels.
     """
-    name = f'compressed image of format {message.format[:_SHOWN]!r}'
+    name = f'compressed image of format {message.format[:_LETTERS]!r}'
     flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION | cv2.IMREAD_ANYDEPTH
     image = decode_image(np.frombuffer(message.data, np.uint8), flags, name=name, most=most)
     return in_8_bits(image, name, bits)
@@ -286,6 +324,7 @@ def read_depth(
         view = _samples(message, Encoding(1, None, 2), 'u', most)
     else:
         raise InputError(
-            f'its encoding must be one of 16UC1, mono16, 32FC1, got {message.encoding[:_SHOWN]!r}'
+            'its encoding must be one of 16UC1, mono16, 32FC1, got '
+            f'{message.encoding[:_LETTERS]!r}'
         )
     return view.astype(view.dtype.newbyteorder('='), copy=False)

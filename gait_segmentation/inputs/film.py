@@ -4,39 +4,30 @@
 
 from __future__ import annotations
 
-import logging
 import mmap
-import os
 import re
-from collections import Counter
 from collections.abc import Iterator
 from functools import partial
-from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError
-from gait_segmentation.files.image_files import (
-    IMAGE_SUFFIXES,
-    check_pixels,
-    images_in,
-    read_image,
-)
-from gait_segmentation.files.output_files import film_name
-from gait_segmentation.inputs.encodings import in_8_bits
+from gait_segmentation.files import film_name
+from gait_segmentation.inputs.encodings import check_pixels
 from gait_segmentation.inputs.source import (
+    CAMERA,
     DEFAULT_FPS,
+    LOGGER,
     MOST_FRAMES,
     DamagedError,
     Entry,
     ImageSource,
+    film_stamp_ns,
 )
 from gait_segmentation.stamps import LEAST_STEP_NS
 
-_LOGGER = logging.getLogger('gait_segmentation')
-_FRAME_ID = 'camera'
 _MP4_BEGINS = (b'ftyp', b'wide', b'free', b'mdat')
 _MP4_HEAD = re.compile(rb'mvhd(?:\x00.{11}|\x01.{19})(.{4})', re.DOTALL)
 _MP4_EDITS = re.compile(rb'elst([\x00\x01])...(.{4})', re.DOTALL)
@@ -48,13 +39,8 @@ _TIMELESS, _ASSUMED_FPS = (b'\xff\xd8\xff', b'\0\0\0\1'), 25.0
 
 _PACKED = ('.7z', '.bz2', '.gz', '.lz4', '.rar', '.tar', '.tgz', '.xz', '.zip', '.zst', '.zstd')
 _MOST_FPS = 1000
-_ROOM, _ROOM_S = 0.05, 0.5
+_SHORTER, _SHORTER_S = 0.05, 0.5
 """Share and seconds by which a film may be shorter than it claims."""
-
-
-def _stamp_ns(number: int, fps: float) -> int:
-    """Return the stamp of a frame of a film: its end, since zero stands for no stamp."""
-    return round((number + 1) * 1e9 / fps)
 
 
 class FilmSource(ImageSource):
@@ -77,13 +63,13 @@ class FilmSource(ImageSource):
         if not opened:
             raise SequenceError(f'{self.path} cannot be read as a film: {self._why_closed()}')
         try:
-            check_pixels((width, height), self._max_pixels)
+            check_pixels((width, height), self._max_pixels, f'{self.path}: ')
         except InputError as error:
-            raise SequenceError(f'{self.path}: {error}') from error
+            raise SequenceError(str(error)) from error
         with self.path.open('rb') as file:
             timeless = file.read(4).startswith(_TIMELESS)
         if timeless and self._fps == _ASSUMED_FPS and not self._rate:
-            _LOGGER.warning(
+            LOGGER.warning(
                 '%s has no times and is read at 25 frames per second: --rate (rate:= of a launch '
                 'file) says what is true',
                 self.path,
@@ -127,17 +113,12 @@ class FilmSource(ImageSource):
         return promised_s
 
     def _check_end(self, number: int, first: float, last_ms: float) -> None:
-        """
-        Refuse a film that claims to be longer than ``number`` frames that could be read.
-
-        :param first: time of the first one in frames.
-        :param last_ms: that of the last one since then.
-        """
+        """Refuse a film that claims to be longer; times are of its first and last frame."""
         if not (0 < self._fps <= _MOST_FPS and number < self._claimed <= MOST_FRAMES):
             return
         promised_s = self._promised_s()
         # Durations are often those of the sound, and trimming is not exact.
-        if (first + 1) / self._fps + last_ms / 1e3 < (1 - _ROOM) * promised_s - _ROOM_S:
+        if (first + 1) / self._fps + last_ms / 1e3 < (1 - _SHORTER) * promised_s - _SHORTER_S:
             raise DamagedError(
                 f'{self.path} is damaged: {number} of about {round(promised_s * self._fps)} '
                 'frames can be read; copy or record it again'
@@ -151,16 +132,10 @@ class FilmSource(ImageSource):
 
     def rate(self) -> float:
         """Return what was asked for, or what the film says."""
-        if self._rate:
-            return self._rate
-        return self._fps if 0 < self._fps <= _MOST_FPS else DEFAULT_FPS
+        return self._rate or (self._fps if 0 < self._fps <= _MOST_FPS else DEFAULT_FPS)
 
     def entries(self) -> Iterator[Entry]:
-        """
-        Yield all frames.
-
-        :raises DamagedError: where it ends early.
-        """
+        """Yield all frames; DamagedError where it ends early."""
         capture = self._capture()
         fps = self.rate()
         number = 0
@@ -169,11 +144,11 @@ class FilmSource(ImageSource):
         try:
             # Not by seeking: that lands on another frame in films with few key frames.
             while capture.grab():
-                stamp_ns = _stamp_ns(number, fps)
+                stamp_ns = film_stamp_ns(number, fps)
                 # Films of telephones have uneven frames, and some containers claim the rate of
                 # half frames.
                 last_ms = capture.get(cv2.CAP_PROP_POS_MSEC)
-                own_ns = round(1e6 * last_ms) + _stamp_ns(0, fps)
+                own_ns = round(1e6 * last_ms) + film_stamp_ns(0, fps)
                 if not number and hasattr(cv2, 'CAP_PROP_PTS'):
                     # OpenCV counts its times from the first frame, which may have a clock's.
                     first = max(capture.get(cv2.CAP_PROP_PTS), 0.0)
@@ -183,7 +158,7 @@ class FilmSource(ImageSource):
                     plausible = differs and first_ns + own_ns > last_ns
                     stamp_ns = first_ns + (own_ns if plausible else stamp_ns)
                 last_ns = stamp_ns = max(stamp_ns, last_ns + LEAST_STEP_NS)
-                yield Entry(stamp_ns, stamp_ns, _FRAME_ID, partial(_retrieve, capture))
+                yield Entry(stamp_ns, stamp_ns, CAMERA, partial(_retrieve, capture))
                 number += 1
             if not number:
                 raise SequenceError(
@@ -193,61 +168,6 @@ class FilmSource(ImageSource):
             self._check_end(number, first, last_ms)
         finally:
             capture.release()
-
-
-class FolderSource(ImageSource):
-    """An image, or a folder of them in the order of the numbers in their names; 30 a second."""
-
-    def open(self) -> int:
-        """List the images."""
-        self._files = images_in(self.path) if self.path.is_dir() else [self.path]
-        if not self._files:
-            raise SequenceError(
-                f'{self.path} holds no images ({", ".join(IMAGE_SUFFIXES)}) and no bag'
-                f'{self._way_out()}'
-            )
-        others = Counter(each.suffix or each.name for each in self._others())
-        if others:
-            listed = ', '.join(f'{count} {suffix}' for suffix, count in others.items())
-            _LOGGER.warning('%s: skipped what is no image that is read: %s', self.path, listed)
-        return len(self._files)
-
-    def _way_out(self) -> str:
-        """Return what to give instead of a folder without images."""
-        inside = sorted(each for each in self.path.iterdir() if not each.name.startswith('.'))
-        for each in inside:
-            if each.is_dir() and os.access(each, os.R_OK) and images_in(each):
-                return f': images lie one folder down, in {each}'
-        return f': give each film or bag in it, such as {self.path}/*' if inside else ''
-
-    def _others(self) -> Iterator[Path]:
-        for each in self.path.iterdir() if self.path.is_dir() else ():
-            if each.suffix.lower() not in IMAGE_SUFFIXES and each.is_file():
-                yield each
-
-    def rate(self) -> float:
-        """Return what was asked for, or the default: a folder says nothing."""
-        return self._rate or DEFAULT_FPS
-
-    def entries(self) -> Iterator[Entry]:
-        """Yield all frames."""
-        for number, path in enumerate(self._files):
-            stamp_ns = _stamp_ns(number, self.rate())
-            decode = partial(_read, path, self._max_pixels, self._sample_bits)
-            yield Entry(stamp_ns, stamp_ns, _FRAME_ID, decode)
-
-
-def _read(path: Path, max_pixels: int, bits: int) -> NDArray[np.uint8]:
-    """
-    Read an image of a folder.
-
-    :raises InputError: if it cannot be read, which is the matter of this one frame.
-    """
-    try:
-        image = read_image(path, cv2.IMREAD_COLOR | cv2.IMREAD_ANYDEPTH, max_pixels)
-    except SequenceError as error:
-        raise InputError(str(error)) from error
-    return in_8_bits(image, str(path), bits)
 
 
 def _retrieve(capture: cv2.VideoCapture) -> NDArray[np.uint8]:

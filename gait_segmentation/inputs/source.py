@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
@@ -20,11 +21,15 @@ from gait_segmentation.images import shrink
 
 Shape = tuple[int, int]
 
+LOGGER = logging.getLogger('gait_segmentation')
+CAMERA = 'camera'
+"""Frame id of what has none."""
+
 DEFAULT_FPS = 30.0
 """Of what does not say how fast it is."""
 
 _RATES_HZ = (0.01, 1000.0)
-MOST_FRAMES, _MOST_WIDTH, _MOST_PIXELS = 2**31 - 1, 1 << 16, 1 << 30
+MOST_FRAMES, _MOST_WIDTH, _MOST_ALLOWED_PIXELS = 2**31 - 1, 1 << 16, 1 << 30
 """Beyond what any input has, and within what all that counts them can hold."""
 
 
@@ -70,12 +75,13 @@ class Frame:
     problem: str = ''
 
 
-def check_rate(rate: float) -> None:
-    """
-    Refuse rates at which nothing is played.
+def film_stamp_ns(number: int, fps: float) -> int:
+    """Return the stamp of a frame of a film: its end, since zero stands for no stamp."""
+    return round((number + 1) * 1e9 / fps)
 
-    :raises SequenceError: if it is neither 0, which stands for the input's own, nor possible.
-    """
+
+def check_rate(rate: float) -> None:
+    """Raise SequenceError if a rate is neither 0, the input's own, nor one that can be played."""
     # Written so that what is no number is refused.
     if rate != 0 and not _RATES_HZ[0] <= rate <= _RATES_HZ[1]:
         low, high = _RATES_HZ
@@ -103,11 +109,7 @@ class ImageSource(ABC):
         max_pixels: int = MOST_PIXELS,
         sample_bits: int = 16,
     ) -> None:
-        """
-        Read the first frame; the parameters are those of :func:`open_input`.
-
-        :raises SequenceError: if the input is missing, holds no images, or has no such frames.
-        """
+        """Read the first frame; for parameters and errors see :func:`open_input`."""
         self.path = path
         self.start = start
         self.count = count
@@ -121,7 +123,7 @@ class ImageSource(ABC):
             ('start', start, 0, MOST_FRAMES),
             ('count', count, 1, MOST_FRAMES),
             ('width', width, 0, _MOST_WIDTH),
-            ('max_pixels', max_pixels, 1, _MOST_PIXELS),
+            ('max_pixels', max_pixels, 1, _MOST_ALLOWED_PIXELS),
             ('sample_bits', sample_bits, 8, 16),
         ):
             if value is not None and not least <= value <= most:
@@ -148,17 +150,13 @@ class ImageSource(ABC):
         :raises SequenceError: if it cannot be used.
         """
 
-    @abstractmethod
     def rate(self) -> float:
-        """Return the frames per second."""
+        """Return the frames per second: what was asked for, or the default."""
+        return self._rate or DEFAULT_FPS
 
     @abstractmethod
     def entries(self) -> Iterator[Entry]:
-        """
-        Yield all frames from the beginning of the input.
-
-        :raises DamagedError: where it breaks off.
-        """
+        """Yield all frames from the beginning of the input; DamagedError where it breaks off."""
 
     def frames(self) -> Iterator[Frame]:
         """
@@ -171,13 +169,14 @@ class ImageSource(ABC):
             stamp_ns = entry.header_ns or entry.recorded_ns
             about = (number, stamp_ns, entry.recorded_ns, entry.header_ns, entry.frame_id)
             try:
-                image = self._scaled(self._upright(entry))
+                image = np.rot90(entry.decode(), -self._rotate // 90)
             except InputError as error:
-                yield Frame(
-                    *about, self._scaled_shape(self._turned(entry.shape)), None, str(error)
-                )
+                claimed = self._scaled_shape(self._turned(entry.shape))
+                yield Frame(*about, claimed, None, str(error))
             else:
-                yield Frame(*about, (image.shape[0], image.shape[1]), image)
+                shape = self._scaled_shape((image.shape[0], image.shape[1]))
+                small = shrink(np.ascontiguousarray(image), shape)
+                yield Frame(*about, shape, np.ascontiguousarray(small))
 
     def images(self) -> Iterator[NDArray[np.uint8]]:
         """Yield the images of the frames that can be read, (H, W, 3) uint8 BGR."""
@@ -195,31 +194,23 @@ class ImageSource(ABC):
         try:
             for number, entry in self._wanted():
                 try:
-                    height, width = self._turned(entry.decode().shape[:2])
+                    shape = self._turned(entry.decode().shape[:2])
                 except InputError as error:
                     problem = f'{self.path}: no frame can be read; frame {number}: {error}'
                     continue
-                rows, columns = self._scaled_shape((height, width))
-                return self._factor(width), (columns, rows)
+                return self._factor(shape[1]), self._scaled_shape(shape)[::-1]
         except DamagedError as error:
             problem = f'{problem}: {error}'
         raise SequenceError(problem)
-
-    def _upright(self, entry: Entry) -> NDArray[np.uint8]:
-        return np.ascontiguousarray(np.rot90(entry.decode(), -self._rotate // 90))
 
     def _turned(self, shape: Shape) -> Shape:
         return shape[::-1] if self._rotate % 180 else shape
 
     def _factor(self, width: int) -> float:
-        return min(self._width / width, 1.0) if self._width and width else 1.0
+        return min(self._width / width, 1.0) if self._width else 1.0
 
     def _scaled_shape(self, shape: Shape) -> Shape:
-        factor = self._factor(shape[1])
         if min(shape) == 0:
             return shape
+        factor = self._factor(shape[1])
         return (max(round(shape[0] * factor), 1), max(round(shape[1] * factor), 1))
-
-    def _scaled(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        shape = self._scaled_shape((image.shape[0], image.shape[1]))
-        return np.ascontiguousarray(shrink(image, shape))

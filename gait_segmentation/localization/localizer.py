@@ -20,6 +20,7 @@ from gait_segmentation.geometry import BodyFrame, check_body
 from gait_segmentation.localization.camera import (
     CameraPose,
     DepthImage,
+    Floats,
     PinholeCamera,
     distance_by_depth,
 )
@@ -38,8 +39,6 @@ _FARTHEST_M = 1e4  # distance beyond which a place is none
 _FASTEST_M_S = 4.5  # speed above that of walkers
 _STEPS = (0.05, 0.9)  # lengths of the steps of walkers, in statures
 _STRIDES_HZ = (0.2, 2.5)  # rates of the strides of walkers
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import Image, RegionOfInterest
 
 from gait_segmentation.config import StageConfig
-from gait_segmentation.detector.config import DetectorConfig
 from gait_segmentation.detector.lookout import Lookout
+from gait_segmentation.detector.networks import DetectorConfig
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_image

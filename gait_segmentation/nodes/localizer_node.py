@@ -34,7 +34,7 @@ from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.outputs import Outputs, people_topics, seen
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.streams.config import LocalizerNodeConfig
-from gait_segmentation.streams.fields import DEPTH, Parts, read_match, slot_topic, stamp_of
+from gait_segmentation.streams.fields import QUEUE_DEPTH, Parts, read_match, slot_topic, stamp_of
 from gait_segmentation.streams.health import shortened
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class LocalizerNode(GaitNode):
         self.stage = Localizer(self.parameters.get(LocalizationConfig))
         self._results = Outputs(self, people_topics(self.slots))
         self._info: CameraInfo | None = None
-        self._depths: deque[Image] = deque(maxlen=DEPTH)
+        self._depths: deque[Image] = deque(maxlen=QUEUE_DEPTH)
         self._tf: tuple[Any, type[Exception]] | None = None
         self._depth_unused = self._located_text = ''
 

@@ -12,9 +12,9 @@ from typing import Any, ClassVar
 from geometry_msgs.msg import PolygonInstanceStamped
 from sensor_msgs.msg import Image, JointState
 
+from gait_segmentation.drawing import segmentation_picture
 from gait_segmentation.inputs.encodings import claimed_shape, read_image, read_mono8
 from gait_segmentation.people import PeopleConfig
-from gait_segmentation.pictures import segmentation_picture
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.outputs import Outputs, mask_topics, picture_topics
 from gait_segmentation.ros.running import run_node

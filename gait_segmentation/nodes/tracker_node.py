@@ -17,8 +17,8 @@ from gait_segmentation.ros.outputs import Outputs, track_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.streams.fields import (
-    DEPTH,
     FEEDBACK,
+    QUEUE_DEPTH,
     Parts,
     read_feedback,
     slot_topics,
@@ -57,7 +57,7 @@ class TrackerNode(CameraNode):
     def connect(self) -> None:
         """Subscribe to the feedback, to the camera and to first boxes."""
         parts = slot_topics(_FEEDBACK, self.slots)
-        self._lessons = ExactJoin({'feedback': parts}, DEPTH)
+        self._lessons = ExactJoin({'feedback': parts}, QUEUE_DEPTH)
         for topic, kind in parts.items():
             self.subscribe(kind, topic, partial(self._feedback, topic))
         super().connect()
@@ -76,7 +76,7 @@ class TrackerNode(CameraNode):
     def _feedback(self, part: str, message: Any) -> None:
         parts = self._lessons.add(part, stamp_of(message.header), message)
         if parts is not None and self.enabled:
-            self.later(lambda: self._learn(parts), 'feedback', DEPTH)
+            self.later(lambda: self._learn(parts), 'feedback', QUEUE_DEPTH)
 
     def _learn(self, parts: Parts) -> None:
         try:

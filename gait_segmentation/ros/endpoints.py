@@ -7,12 +7,12 @@ from __future__ import annotations
 from rclpy.qos import DurabilityPolicy, QoSPolicyKind, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
-from gait_segmentation.streams.fields import DEPTH
+from gait_segmentation.streams.fields import QUEUE_DEPTH
 
-BETWEEN_NODES = QoSProfile(depth=DEPTH)
+BETWEEN_NODES = QoSProfile(depth=QUEUE_DEPTH)
 """Reliable: of all that the nodes publish, and of what they receive from each other."""
 
-BEST_EFFORT = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
+BEST_EFFORT = QoSProfile(depth=QUEUE_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
 """Of subscriptions that take what others publish, however they do it."""
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

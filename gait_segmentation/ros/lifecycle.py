@@ -44,7 +44,7 @@ from gait_segmentation.streams.config import (
     NodeConfig,
     SegmenterNodeConfig,
 )
-from gait_segmentation.streams.fields import DEPTH, Parts, slot_topics, stamp_of
+from gait_segmentation.streams.fields import QUEUE_DEPTH, Parts, slot_topics, stamp_of
 from gait_segmentation.streams.frames import ExactJoin, Worker
 from gait_segmentation.streams.health import Statistics, Warnings
 
@@ -316,7 +316,7 @@ class GaitNode(LifecycleNode):
         if self.topics:
             stages = {**({'camera': ['image']} if self.has(CameraConfig) else {}), **self.topics}
             keeps = self.has(SegmenterNodeConfig)
-            room = self.parameters.get(SegmenterNodeConfig).keep_images if keeps else DEPTH
+            room = self.parameters.get(SegmenterNodeConfig).keep_images if keeps else QUEUE_DEPTH
             self.join = ExactJoin(stages, room)
 
     def _disconnect(self) -> None:

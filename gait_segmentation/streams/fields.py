@@ -17,7 +17,7 @@ from gait_segmentation.results import Feedback, MatchResult, TrackResult
 
 Kind = TypeVar('Kind')
 
-DEPTH = 30
+QUEUE_DEPTH = 30
 """Frames that a publisher keeps for slow readers, and that may wait for their other parts."""
 
 GAIT_NAMES = ('gait_phase', 'view_azimuth')

@@ -12,9 +12,9 @@ import pytest
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
+from gait_segmentation.cli.jobs import replay
+from gait_segmentation.cli.outputs import OUTPUTS, TABLE_COLUMNS
 from gait_segmentation.cli.replay import main, make_jobs, names_of, parser
-from gait_segmentation.cli.replaying.outputs import TABLE_COLUMNS
-from gait_segmentation.cli.replaying.run import OUTPUTS, replay
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
@@ -142,17 +142,11 @@ def test_names_tell_inputs_apart(tmp_path: Path) -> None:
     ('options', 'reason'),
     [
         (['--box', '5000', '0', '10', '10'], 'not lie outside of the image'),
-        (['--topic', '/nowhere'], 'topic /nowhere is not there'),
-        (
-            ['--set', 'matching.nothing=1'],
-            "'matching.nothing' is not the name of one parameter: matching.",
-        ),
         (['--jobs', '0'], '--jobs must be from 1 to 1024, got 0'),
         (['--overlay', 'x.nonsense'], 'cannot be written as a film'),
         (['picture.jpg'], 'picture.jpg is a single picture: give the folder'),
         (['--set', 'max_peple=2'], 'one parameter: people.max_people, '),
         (['--params', 'typo.yaml'], 'no parameter max_peple: did you mean max_people?'),
-        (['--params', 'no_such_file.yaml'], 'no_such_file.yaml cannot be read: No such file'),
     ],
 )
 def test_what_cannot_be_used_is_said(
@@ -212,15 +206,8 @@ def test_a_preset_is_what_parameter_file_and_options_begin_with(
 def test_a_detector_that_cannot_be_used_is_said_before_anything_is_written(
     given: list[str], tmp_path: Path, capsys
 ) -> None:
-    (tmp_path / 'text.onnx').write_text('no network')
-    for name, why in (
-        ('mediapipe', "must be boxes, people or a file FILE.onnx, got 'mediapipe'"),
-        (str(tmp_path / 'none.onnx'), 'none.onnx cannot be loaded: No such file'),
-        (str(tmp_path / 'text.onnx'), 'text.onnx cannot be loaded: '),
-    ):
-        assert main([*given, '--detector', name]) == 2
-        (line,) = capsys.readouterr().err.splitlines()
-        assert why in line
+    assert main([*given, '--detector', str(tmp_path / 'none.onnx')]) == 2
+    assert 'none.onnx cannot be loaded: No such file' in capsys.readouterr().err
     with pytest.raises(SystemExit):
         main([*given, '--detector', 'people', '--heat-map', str(tmp_path)])
     assert '--heat-map: not allowed with argument --detector' in capsys.readouterr().err

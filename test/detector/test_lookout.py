@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from gait_segmentation.detector import lookout as module
-from gait_segmentation.detector.config import DetectorConfig
 from gait_segmentation.detector.lookout import Lookout
-from gait_segmentation.detector.networks import Networks
+from gait_segmentation.detector.networks import DetectorConfig, Networks
 from gait_segmentation.detector.person_detector import Detection
 from gait_segmentation.errors import DetectorError
 from gait_segmentation.geometry import Box

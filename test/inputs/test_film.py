@@ -13,7 +13,7 @@ import pytest
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.inputs import DamagedError, ImageSource, encodings, open_input
 from gait_segmentation.inputs.encodings import in_8_bits
-from test.files.test_image_files import HUGE_PNG
+from test.inputs.test_folder import HUGE_PNG
 
 
 @pytest.fixture

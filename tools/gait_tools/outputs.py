@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import struct
+import tempfile
 import zlib
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -15,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import ConfigError, GaitSegmentationError, SequenceError
-from gait_segmentation.files.installed import make_writable
-from gait_segmentation.files.output_files import write_file
+from gait_segmentation.files import write_file
 
 _HEAD = 4096  # bytes of a file by which its kind is told
 _PNG_HEADER = 33  # length of the signature of a PNG and its first part, which describes the image
@@ -28,7 +28,8 @@ _MARK = b'tEXtSoftware\0' + SAYS['Software'].encode()
 def make_folder(option: str, folder: Path) -> None:
     """Make the folder that an option names, before what is to be written is worked out."""
     try:
-        make_writable(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:
         raise ConfigError(
             f'{option} {folder}: nothing can be written: {error.strerror}'

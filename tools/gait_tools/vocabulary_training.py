@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.files.output_files import write_file
+from gait_segmentation.files import write_file
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
 from gait_segmentation.paper.prior import silhouette_edges, words_of

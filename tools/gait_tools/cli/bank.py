@@ -19,7 +19,7 @@ from tqdm import tqdm
 from gait_segmentation.cli.tool import run_tool
 from gait_segmentation.config import StageConfig, parameters_of
 from gait_segmentation.errors import BankError
-from gait_segmentation.files.output_files import keep_apart
+from gait_segmentation.files import keep_apart
 from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.paper.vocabulary import FORMAT, VocabularyError
 from gait_tools.gait_model import BUILDS, BankSpec, build_bank

@@ -21,7 +21,7 @@ import cv2
 import numpy as np
 from PIL import Image
 
-from gait_segmentation.cli.replaying.outputs import About, MasksOutput, Output, OverlayOutput
+from gait_segmentation.cli.outputs import MasksOutput, Output, OverlayOutput
 from gait_segmentation.cli.tool import (
     READING,
     add_preset_option,
@@ -31,14 +31,13 @@ from gait_segmentation.cli.tool import (
     run_tool,
     scaled_box,
 )
-from gait_segmentation.detector.config import BOXES
-from gait_segmentation.detector.networks import open_networks
+from gait_segmentation.detector.networks import BOXES, open_networks
 from gait_segmentation.drawing import track_colour
 from gait_segmentation.errors import ConfigError, SequenceError
-from gait_segmentation.files.image_files import read_image
-from gait_segmentation.files.output_files import keep_apart, write_file
+from gait_segmentation.files import keep_apart, write_file
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource, open_input
+from gait_segmentation.inputs.folder import load_image
 from gait_segmentation.people import MOST_PEOPLE
 from gait_tools.outputs import make_folder, write_picture
 from gait_tools.sheets import contact_sheet, spread, tile
@@ -236,7 +235,7 @@ def write_pictures(out: Path, recording: Recording, film: ImageSource, fps: floa
     with ExitStack() as broken_off:
         outputs: list[Output] = [MasksOutput(out / 'masks')]
         broken_off.callback(outputs[0].close, complete=False)
-        outputs.append(OverlayOutput(out / 'overlay.mp4', About(film.size, fps)))
+        outputs.append(OverlayOutput(out / 'overlay.mp4', film.size, fps))
         broken_off.callback(outputs[1].close, complete=False)
         for frame in film.frames():
             if frame.image is None or frame.number not in answered:
@@ -261,7 +260,7 @@ def write_pictures(out: Path, recording: Recording, film: ImageSource, fps: floa
 
 def _animate(out: Path, numbers: list[int], fps: float) -> None:
     """Write every second frame of the overlay above its silhouette, where people are."""
-    masks = [np.asarray(read_image(out / f'masks/{n:04d}.png', 0)) for n in numbers]
+    masks = [np.asarray(load_image(out / f'masks/{n:04d}.png', 0)) for n in numbers]
     around = Box.around(np.max(masks, axis=0))
     height, width = masks[0].shape
     room = 0 if around is None else 0.1 * around.height

@@ -25,7 +25,7 @@ from gait_segmentation.cli.tool import (
 )
 from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.files.output_files import keep_apart, write_file
+from gait_segmentation.files import keep_apart, write_file
 from gait_tools.evaluation.ablation import SPOILT, ablate
 from gait_tools.evaluation.report import place_table, table, tracking_table, write_json
 from gait_tools.evaluation.session import Session, load_sequences
@@ -164,7 +164,7 @@ def evaluate(options: argparse.Namespace) -> None:
         settings.append(f'segmentation.prior={options.prior}')
     config = PipelineConfig()
     if options.preset is not None:
-        from gait_segmentation.cli.settings import Settings, read_parameter_file
+        from gait_segmentation.cli.tool import Settings, read_parameter_file
 
         config = read_parameter_file(preset_file(options.preset), Settings(config)).config
     config = overridden(config, settings)

@@ -20,7 +20,7 @@ from gait_segmentation.cli.tool import (
     run_tool,
 )
 from gait_segmentation.config import overridden, replaced
-from gait_segmentation.files.output_files import keep_apart
+from gait_segmentation.files import keep_apart
 from gait_segmentation.geometry import Box
 from gait_tools.evaluation.report import write_figure, write_image
 from gait_tools.figures.walk import figured, open_walk
@@ -92,7 +92,7 @@ def draw(options: argparse.Namespace) -> None:
     keep_others([('--out', options.out / name, is_own_picture) for name in FILES], 'gait_figures')
     make_folder('--out', options.out)
     # Here, so that --help does not wait for the kernels to be loaded.
-    from gait_segmentation.cli.settings import Settings, read_parameter_file
+    from gait_segmentation.cli.tool import Settings, read_parameter_file
     from gait_segmentation.kernels import compile_kernels, compiling
     from gait_segmentation.pipeline import Pipeline, PipelineConfig
     from gait_segmentation.segmentation.segmenter import vocabulary_of

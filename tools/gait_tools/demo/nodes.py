@@ -27,7 +27,7 @@ from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 
 from gait_segmentation.errors import GaitSegmentationError
-from gait_segmentation.files.installed import prepare
+from gait_segmentation.files import prepare
 from gait_segmentation.streams.fields import slot_topics
 
 NODES = ('gait_tracker', 'gait_matcher', 'gait_segmenter')

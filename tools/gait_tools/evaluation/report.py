@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.drawing import Image, track_colour
-from gait_segmentation.files.output_files import write_file
+from gait_segmentation.files import write_file
 from gait_segmentation.geometry import Box
 from gait_tools.evaluation.metrics import PERSON, FrameScore, mean_known, true_box
 from gait_tools.evaluation.runner import Outcome

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError
-from gait_segmentation.files.image_files import IMAGE_SUFFIXES, read_heat_map, read_image
-from gait_segmentation.files.reading import read_yaml
+from gait_segmentation.files import read_yaml
 from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.heat_maps import HeatMap
+from gait_segmentation.inputs.folder import IMAGE_SUFFIXES, load_heat_map, load_image
 from gait_tools.evaluation.metrics import labels_of_truth, start_box, truth_of
 from gait_tools.evaluation.tracking_score import Attendance
 
@@ -85,7 +85,7 @@ class Sequence:
         if not isinstance(about, dict):
             raise SequenceError(f'{path} must have names and values (fps, initial_box ...)')
         fps, first = _fps(about, path), _initial_frame(about, path, frames)
-        image = read_image(frames[first])
+        image = load_image(frames[first])
         size = (image.shape[1], image.shape[0])
         boxes = _given_boxes(about, path, first, frames, size)
         if not boxes and not labels:
@@ -113,7 +113,7 @@ class Sequence:
 
     def image(self, number: int) -> NDArray[np.uint8]:
         """Read a frame as (H, W, 3) uint8 BGR."""
-        image = read_image(self.frames[number])
+        image = load_image(self.frames[number])
         _check_size(self.frames[number], image, self.size, 'the first frame')
         return image
 
@@ -162,7 +162,7 @@ class Sequence:
         def read(number: int) -> HeatMap | None:
             if number not in own or not paths[own[number]].exists():
                 return None
-            return HeatMap(read_heat_map(paths[own[number]]), self.stamp_ns(own[number]))
+            return HeatMap(load_heat_map(paths[own[number]]), self.stamp_ns(own[number]))
 
         return read
 
@@ -259,7 +259,7 @@ def _finite(value: Any) -> bool:
 
 def read_mask(path: Path, size: tuple[int, int]) -> NDArray[np.uint8]:
     """Read a grey image of a size as (H, W) uint8, its values as they are."""
-    mask = read_image(path, cv2.IMREAD_UNCHANGED)
+    mask = load_image(path, cv2.IMREAD_UNCHANGED)
     if mask.ndim == 3 and (mask[..., :1] == mask[..., 1:3]).all():
         mask = np.ascontiguousarray(mask[..., 0])
     if mask.ndim != 2 or mask.dtype != np.uint8:

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.images import shift_whole
 from gait_segmentation.people import MOST_PEOPLE
 from gait_tools.evaluation.report import write_image
 from gait_tools.evaluation.sequence import Sequence
@@ -24,6 +23,10 @@ MAPS_FOLDER = 'map'  # folder of heat maps beside the frames
 # Blur of the heat maps and side of their blocks, pixels; share of blocks that are inverted.
 SOFT, BLOCK, INVERTED = 4.0, 8, 0.1
 Image = NDArray[np.uint8]
+
+
+def _shifted(heat: Image, pixels: int) -> Image:
+    return np.pad(heat, ((0, 0), (pixels, 0)))[:, : heat.shape[1]]
 
 
 def _rng(number: int) -> np.random.Generator:
@@ -68,7 +71,7 @@ MAPS: dict[str, Callable[[Image, int], Any]] = {
     'map-late': lambda heat, number: heat,
     'map-rare': lambda heat, number: heat,
     'map-mirrored': lambda heat, number: heat[:, ::-1],
-    'map-shifted': lambda heat, number: shift_whole(heat, heat.shape[1] // 8, 0),
+    'map-shifted': lambda heat, number: _shifted(heat, heat.shape[1] // 8),
     'map-inverted': lambda heat, number: 255 - heat,
     'map-constant': lambda heat, number: np.full_like(heat, 200),
     'map-noise': lambda heat, number: _rng(number).integers(0, 256, heat.shape, np.uint8),

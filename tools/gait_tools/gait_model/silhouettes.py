@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import BankError, SequenceError
-from gait_segmentation.files.image_files import IMAGE_SUFFIXES, images_in, read_image
 from gait_segmentation.gait_model.bank import TemplateBank, quantize
 from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
+from gait_segmentation.inputs.folder import IMAGE_SUFFIXES, images_in, load_image
 from gait_tools.gait_model.builder import BankSpec
 from gait_tools.gait_model.render import median_column
 
@@ -64,7 +64,7 @@ def read_masks(folder: str | os.PathLike[str]) -> list[tuple[Path, NDArray[np.ui
     found, brightest = [], 0
     for file in files:
         try:
-            image = read_image(file, cv2.IMREAD_GRAYSCALE)
+            image = load_image(file, cv2.IMREAD_GRAYSCALE)
         except SequenceError as error:
             raise BankError(str(error)) from error
         if image[:: max(image.shape[0] - 1, 1), :: max(image.shape[1] - 1, 1)].min() >= 128:

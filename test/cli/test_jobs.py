@@ -17,12 +17,12 @@ from typing import Any
 
 import pytest
 
+from gait_segmentation.cli import jobs
 from gait_segmentation.cli.replay import main
-from gait_segmentation.cli.replaying import run
 from test.inputs.bags import compressed_fields, stamp, write_bag2
 from test.walkers import clip
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[2]
 TIMEOUT_S = 300.0
 
 
@@ -146,13 +146,13 @@ def test_ctrl_c_breaks_off_what_a_cluster_does(
 def test_a_worker_without_the_package_is_told(
     two: list[str], tmp_path: Path, cluster: Any, capfd
 ) -> None:
-    hide = f'import sys; sys.modules[{run.__name__!r}] = None'
+    hide = f'import sys; sys.modules[{jobs.__name__!r}] = None'
     with cluster.get_client() as client:
         client.run(exec, hide)
         assert main([*two, '--dask', cluster.scheduler_address]) == 2
-        client.run(exec, f'import sys; sys.modules.pop({run.__name__!r})')
+        client.run(exec, f'import sys; sys.modules.pop({jobs.__name__!r})')
     assert (
-        f'error: --dask {cluster.scheduler_address}: import of {run.__name__}'
+        f'error: --dask {cluster.scheduler_address}: import of {jobs.__name__}'
         in capfd.readouterr().err
     )
     assert not (tmp_path / 'out').exists()

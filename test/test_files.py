@@ -12,9 +12,15 @@ from pathlib import Path
 import pytest
 
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.files.installed import prepare, shared_file
-from gait_segmentation.files.output_files import keep_apart, named, problem_of, write_file
-from gait_segmentation.files.reading import read_yaml
+from gait_segmentation.files import (
+    keep_apart,
+    named,
+    prepare,
+    problem_of,
+    read_yaml,
+    shared_file,
+    write_file,
+)
 
 
 @contextmanager
@@ -67,12 +73,6 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     assert caught.value.filename == str(path)
     assert path.read_bytes() == b'before'
     assert os.listdir(tmp_path) == ['scores.json']
-
-
-def test_yaml_is_read(tmp_path: Path) -> None:
-    path = tmp_path / 'a.yaml'
-    path.write_text('a: {b: [1, 2.5, yes]}\n')
-    assert read_yaml(path, ConfigError) == {'a': {'b': [1, 2.5, True]}}
 
 
 @pytest.mark.parametrize(

@@ -1,26 +1,41 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Every frame of an input through a pipeline, in lockstep."""
+"""Every frame of an input through a pipeline, in lockstep, with heat maps recorded beside it."""
 
 from __future__ import annotations
 
+import re
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
-from typing import NamedTuple, TypeVar
+from pathlib import Path
+from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gait_segmentation.errors import GaitSegmentationError, InputError
+from gait_segmentation import MOST_PIXELS
+from gait_segmentation.errors import GaitSegmentationError, InputError, SequenceError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import DamagedError, Frame, ImageSource
-from gait_segmentation.inputs.heat_maps import RecordedMaps
+from gait_segmentation.inputs.bag import BagSource, is_bag
+from gait_segmentation.inputs.encodings import read_compressed, read_heat_map
+from gait_segmentation.inputs.folder import images_in, load_heat_map
+from gait_segmentation.inputs.source import Entry
 from gait_segmentation.pipeline import FrameResult, Pipeline
 from gait_segmentation.results import TrackResult
 from gait_segmentation.stamps import HeldFrames, Order, Stamps
 from gait_segmentation.streams.intake import Intake
 
 Item = TypeVar('Item')
+
+RecordedMap: TypeAlias = tuple[int, Callable[[], NDArray[np.uint8]]]
+"""The stamp of a map, and what decodes it or raises :class:`GaitSegmentationError`."""
+
+RecordedMaps: TypeAlias = Callable[[Frame], Iterator[RecordedMap]]
+"""Yields the maps that belong to a frame or came since the one before."""
+
+_NUMBER = re.compile(r'[0-9]+$')
 
 
 class Replayed(NamedTuple):
@@ -126,7 +141,8 @@ def results_of(
             intake.take(frame.image, frame.stamp_ns)
             yield from flushed
             flushed.clear()
-            heat_maps = _with_heat_maps(pipeline, heat_maps, frame, warn)
+            if heat_maps is not None:
+                _add_heat_maps(pipeline, heat_maps(frame), frame, warn)
             try:
                 results = pipeline.update(frame.image, frame.stamp_ns)
                 answered_by = frame.stamp_ns
@@ -140,25 +156,72 @@ def results_of(
         raise damage
 
 
-def _with_heat_maps(
+def open_heat_maps(place: str, path: Path, max_pixels: int = MOST_PIXELS) -> RecordedMaps:
+    """
+    Open the heat maps of an input.
+
+    :param place: a folder of images whose names end in the number of their frame, counted from 0,
+        or in its stamp in nanoseconds; or a topic of the input, if that is a bag.
+    :param path: the input.
+    :param max_pixels: how many a map may have.
+    :raises SequenceError: if there are no maps.
+    """
+    folder = Path(place)
+    if folder.is_dir():
+        numbers = ((_NUMBER.search(each.stem), each) for each in images_in(folder))
+        files = {int(found[0]): each for found, each in numbers if found}
+        if not files:
+            raise SequenceError(
+                f'--heat-map {place}: there are no images named by number or stamp, like 0000.png'
+            )
+        return lambda frame: _of_frame(files, frame, max_pixels)
+    if not (path.exists() and is_bag(path)):
+        raise SequenceError(f'--heat-map {place}: there is no such folder, and {path} is no bag')
+    entries = BagSource(path, topic=place, read=_read_map, max_pixels=max_pixels).entries()
+    waiting: list[Entry] = []
+    return lambda frame: _until(entries, waiting, frame)
+
+
+def _of_frame(files: dict[int, Path], frame: Frame, max_pixels: int) -> Iterator[RecordedMap]:
+    path = files.get(frame.number, files.get(frame.stamp_ns))
+    if path is not None:
+        yield frame.stamp_ns, lambda: load_heat_map(path, max_pixels)
+
+
+def _read_map(message: Any, most: int, bits: int) -> NDArray[np.uint8]:
+    if hasattr(message, 'encoding'):
+        return read_heat_map(message, most)
+    return read_compressed(message, most, bits)
+
+
+def _until(entries: Iterator[Entry], waiting: list[Entry], frame: Frame) -> Iterator[RecordedMap]:
+    """Yield the maps up to the stamp of a frame; the first one beyond it waits."""
+    while True:
+        entry = waiting.pop() if waiting else next(entries, None)
+        if entry is None:
+            return
+        stamp_ns = entry.header_ns or entry.recorded_ns
+        if stamp_ns > frame.stamp_ns:
+            waiting.append(entry)
+            return
+        yield stamp_ns, entry.decode
+
+
+def _add_heat_maps(
     pipeline: Pipeline,
-    heat_maps: RecordedMaps | None,
+    heat_maps: Iterator[RecordedMap],
     frame: Frame,
     warn: Callable[[str], None],
-) -> RecordedMaps | None:
-    """Give the heat maps up to a frame to a pipeline, and return them; None if they break off."""
-    if heat_maps is None:
-        return None
+) -> None:
+    """Give the heat maps up to a frame to a pipeline."""
     try:
-        for stamp_ns, read in heat_maps(frame):
+        for stamp_ns, read in heat_maps:
             try:
                 pipeline.add_heat_map(read(), stamp_ns)
             except GaitSegmentationError as error:
                 warn(f'the heat map of frame {frame.number} is left out: {error}')
     except DamagedError as error:
         warn(f'there are no more heat maps: {error}')
-        return None
-    return heat_maps
 
 
 def _blank(frame: Frame, slots: int, likelihood_shape: tuple[int, int]) -> FrameResult:

@@ -20,36 +20,16 @@ from typing import Any
 import cv2
 
 from gait_segmentation import MOST_PIXELS
-from gait_segmentation.cli.replaying.bag_output import BagOutput
-from gait_segmentation.cli.replaying.lockstep import ahead, results_of
-from gait_segmentation.cli.replaying.outputs import (
-    About,
-    CsvOutput,
-    MasksOutput,
-    OpenGaitOutput,
-    Output,
-    OverlayOutput,
-    partial_path,
-    remove,
-)
+from gait_segmentation.cli.lockstep import ahead, open_heat_maps, results_of
+from gait_segmentation.cli.outputs import BagOutput, Output, partial_path, remove
 from gait_segmentation.cli.tool import scaled_box
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
-from gait_segmentation.files.output_files import keep_apart, named, problem_of
+from gait_segmentation.files import keep_apart, named, problem_of
 from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import DamagedError, open_input
-from gait_segmentation.inputs.heat_maps import RecordedMaps, open_heat_maps
 from gait_segmentation.kernels import compile_kernels, compiling
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
-
-OUTPUTS: tuple[type[Output], ...] = (
-    BagOutput,
-    MasksOutput,
-    OverlayOutput,
-    CsvOutput,
-    OpenGaitOutput,
-)
-"""What an input can be replayed into; each has an option of the command."""
 
 _MOST_NOTES = 10
 _ASK_S = 0.2
@@ -97,7 +77,6 @@ class Job:
         """
         for kind, path in self.outputs.items():
             keep_apart([(kind.option, each) for each in (path, partial_path(path))], inputs)
-        for kind, path in self.outputs.items():
             kind.check(path)
 
 
@@ -144,62 +123,45 @@ def replay(
     """
     report = Report(job.input)
     outputs: list[Output] = []
-    complete = False
     try:
         cv2.setNumThreads(1)
         source = open_input(job.input, **job.reading)
         box = scaled_box(job.box, source)
-        about = About(source.size, source.fps, job.config.people.max_people)
         for kind, path in job.missing(force=force).items():
-            outputs.append(kind(path, about))
-        with _heat_maps(job) as maps:
-            results = results_of(source, Pipeline(job.config, bank), box, report.note, maps)
-            with closing(ahead(results)) as found:
-                bar = _bar(found, total=source.total, unit='frame', desc=job.bag.name)
-                try:
-                    for frame, result in bar if shown else found:
-                        for output in outputs:
-                            with named(output.path):
-                                output.add(frame, result)
-                        report.frames += 1
-                        report.seen += any(each.track.box is not None for each in result.people)
-                        if stop():
-                            report.interrupted = True
-                            break
-                except DamagedError as error:
-                    report.damaged = str(error)
+            outputs.append(kind(path, source.size, source.fps, job.config.people.max_people))
+        maps = None
+        if job.heat_map:
+            most = job.reading.get('max_pixels', MOST_PIXELS)
+            maps = open_heat_maps(job.heat_map, job.input, most)
+        results = results_of(source, Pipeline(job.config, bank), box, report.note, maps)
+        with closing(ahead(results)) as found:
+            bar = _bar(found, total=source.total, unit='frame', desc=job.bag.name)
+            try:
+                for frame, result in bar if shown else found:
+                    for output in outputs:
+                        with named(output.path):
+                            output.add(frame, result)
+                    report.frames += 1
+                    report.seen += any(each.track.box is not None for each in result.people)
+                    if stop():
+                        report.interrupted = True
+                        break
+            except DamagedError as error:
+                report.damaged = str(error)
         if not report.interrupted:
             for output in outputs:
                 output.close(complete=True)
-            complete = True
     except GaitSegmentationError as error:
         report.error = str(error)
     except OSError as error:
         report.error = problem_of(error)
     finally:
-        if not complete:
-            for output in outputs:
-                output.close(complete=False)
-            left = [partial_path(output.path) for output in outputs]
+        for output in outputs:
+            output.close(complete=False)
             if report.frames == 0:
-                for path in left:
-                    remove(path)
-            report.left = [path for path in left if path.exists()]
+                remove(output.work)
+        report.left = [output.work for output in outputs if output.work.exists()]
     return report
-
-
-@contextmanager
-def _heat_maps(job: Job) -> Iterator[RecordedMaps | None]:
-    """
-    Give the heat maps that a job asks for, None if it asks for none.
-
-    :raises GaitSegmentationError: if there are none, or what makes them cannot be started.
-    """
-    if job.heat_map:
-        most = job.reading.get('max_pixels', MOST_PIXELS)
-        yield open_heat_maps(job.heat_map, job.input, most)
-    else:
-        yield None
 
 
 def replay_all(jobs: list[Job], at_a_time: int, *, force: bool, cluster: str = '') -> list[Report]:

@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from gait_segmentation.cli.replaying.lockstep import Replayed
+from gait_segmentation.cli.lockstep import Replayed
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.inputs import Frame
 from gait_segmentation.pipeline import FrameResult, PersonResult

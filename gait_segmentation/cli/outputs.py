@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Outputs of gait_replay: what one is, and masks, films, tables and silhouettes."""
+"""Outputs of gait_replay: what one is, and bags, masks, films, tables and silhouettes."""
 
 from __future__ import annotations
 
@@ -12,9 +12,8 @@ import pickle
 import re
 import shutil
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import cv2
 import numpy as np
@@ -22,46 +21,53 @@ from numpy.typing import NDArray
 
 from gait_segmentation.drawing import draw_label, draw_person
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.files.output_files import film_name, named
+from gait_segmentation.files import film_name, named
 from gait_segmentation.inputs import Frame
 from gait_segmentation.pipeline import FrameResult, PersonResult
+from gait_segmentation.streams.fields import (
+    QUEUE_DEPTH,
+    Corners,
+    gait_joints,
+    matched_corners,
+    refined_corners,
+    slot_topic,
+    slot_topics,
+    track_corners,
+)
 
 _STEPS_PER_STRIDE = 2
 
 TABLE_COLUMNS = (
-    'frame',
-    'stamp_ns',
-    'slot',
-    'track_id',
-    'state',
-    'box_x_px',
-    'box_y_px',
-    'box_width_px',
-    'box_height_px',
-    'tilt_rad',
-    'track_confidence',
-    'gait_phase_strides',
-    'cadence_steps_per_min',
-    'azimuth_rad',
-    'match_confidence',
+    *('frame', 'stamp_ns', 'slot', 'track_id', 'state'),
+    *('box_x_px', 'box_y_px', 'box_width_px', 'box_height_px', 'tilt_rad', 'track_confidence'),
+    *('gait_phase_strides', 'cadence_steps_per_min', 'azimuth_rad', 'match_confidence'),
     'mask_px',
 )
 """One row a frame and person."""
 
+_BOX = 'geometry_msgs/msg/PolygonInstanceStamped'
+_IMAGE = 'sensor_msgs/msg/Image'
+_GAIT = 'sensor_msgs/msg/JointState'
+_SIZE = 'sensor_msgs/msg/RegionOfInterest'
+
+_SLOT_TOPICS = {
+    'box': _BOX,
+    'likelihood': _IMAGE,
+    'matched_box': _BOX,
+    'refined_box': _BOX,
+    'shape_prior': _IMAGE,
+    'gait': _GAIT,
+    'mask': _IMAGE,
+}
+
+_MARK = 'gait_replay'
+"""Of the entry in the metadata that says who made a bag."""
+
 _LEAST_FRAMES, _LEAST_SUM = 5, 10_000
 """Of a walk, and of the pixels (0/255) of a silhouette: OpenGait warns of less."""
 
-_SIDE = 64
+_SILHOUETTE_PX = 64
 """Height and width of a silhouette in pixels."""
-
-
-@dataclass(frozen=True)
-class About:
-    """What outputs know of an input: ``size`` is width and height, ``slots`` for people."""
-
-    size: tuple[int, int] = (0, 0)
-    fps: float = 0.0
-    slots: int = 1
 
 
 def partial_path(path: Path) -> Path:
@@ -81,39 +87,37 @@ class Output(ABC):
     """
     A file or folder of results.
 
-    It grows at :func:`partial_path`; :meth:`close` gives it its name, unless the replay was
-    broken off.  It can be read in both cases.
+    It grows at :func:`partial_path`; :meth:`close` gives it its name, unless the replay was broken
+    off.  It can be read in both cases.
+
+    ``option`` of the command asks for it, of which ``help`` tells; ``default`` is where it goes if
+    the option is not given, None if it is not wanted then.  ``suffix`` ends the name of a file
+    where several inputs have one each in a folder, which with ``in_folder`` a single one has, too.
+    ``files`` are those that an output may hold that is a folder, relative to it.
     """
 
     option: ClassVar[str]
-    """The option of the command that asks for it."""
-
     help: ClassVar[str]
-    """What the command says of the option."""
-
     default: ClassVar[Path | None] = None
-    """Where it goes if the option is not given, None if it is not wanted then."""
-
     suffix: ClassVar[str] = ''
-    """Of the name of a file, where several inputs have one each in a folder."""
-
     in_folder: ClassVar[bool] = False
-    """Whether the option names a folder of such outputs for a single input, too."""
-
     files: ClassVar[re.Pattern[str] | None] = None
-    """Of an output that is a folder: the files that it may hold, relative to it."""
 
-    def __init__(self, path: Path, about: About | None = None) -> None:
+    def __init__(
+        self, path: Path, size: tuple[int, int] = (0, 0), fps: float = 0.0, slots: int = 1
+    ) -> None:
         """
         Begin an empty output in place of what an earlier attempt left.
 
+        :param size: width and height of the frames.
+        :param slots: for people.
         :raises OSError: if it cannot be written.
         :raises SequenceError: if the place cannot be used, see :meth:`check`.
         """
         self.check(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         self.path, self.work = path, partial_path(path)
-        self.about = about or About()
+        self.size, self.fps, self.slots = size, fps, slots
         self._closed = False
         remove(self.work)
         try:
@@ -142,13 +146,10 @@ class Output(ABC):
 
     @classmethod
     def check(cls, path: Path) -> None:
-        """
-        Refuse a place where there is something of another kind.
-
-        :raises SequenceError: likewise if that is where this would be while it is made.
-        """
-        for place, is_own in ((path, cls.is_own), (partial_path(path), Output.is_own)):
-            if cls.is_there(place) and not (cls._has_names(place) and is_own(place)):
+        """Refuse a place, also where it is made, of something of another kind: SequenceError."""
+        for place in (path, partial_path(path)):
+            own = cls._has_names(place) and (place != path or cls.is_own(path))
+            if cls.is_there(place) and not own:
                 raise SequenceError(
                     f'{place} was not made by gait_replay and is not replaced: remove it or '
                     'choose another place'
@@ -163,21 +164,12 @@ class Output(ABC):
         return all(cls.files.fullmatch(each.relative_to(path).as_posix()) for each in found)
 
     def begin(self) -> None:
-        """
-        Begin the file or folder at :attr:`work`; here, an empty folder.
-
-        :raises OSError: if it cannot be written.
-        :raises SequenceError: if there can be no such output.
-        """
+        """Begin :attr:`work`, here an empty folder; SequenceError if it cannot be of that name."""
         self.work.mkdir()
 
     @abstractmethod
     def add(self, frame: Frame, result: FrameResult) -> None:
-        """
-        Add a frame and what was found in it.
-
-        :raises OSError: if it cannot be written.
-        """
+        """Add a frame and what was found in it; OSError if it cannot be written."""
 
     def finish(self) -> None:  # noqa: B027
         """Write what belongs to the end; here, nothing."""
@@ -198,6 +190,126 @@ class Output(ABC):
             if complete:
                 remove(self.path)
                 self.work.replace(self.path)
+
+
+class BagOutput(Output):
+    """
+    A rosbag2 (MCAP) with the topics and messages of the live graph.
+
+    Messages are recorded at the time at which the source image was, so that both bags can be
+    played or shown together.
+    """
+
+    option = '--out'
+    help = 'bags (MCAP), one each, with the topics and messages of the live nodes (%(default)s)'
+    default = Path('out/replay')
+    in_folder = True
+    files = re.compile(r'metadata\.yaml|[^/]+\.mcap')
+
+    def begin(self) -> None:
+        """Open the bag and declare the topics."""
+        # Here, since other outputs do without rosbags.
+        from rosbags import interfaces, rosbag2
+        from rosbags.typesys import Stores, get_typestore
+
+        self._store = get_typestore(Stores.ROS2_JAZZY)
+        self._shape: tuple[int, ...] | None = None
+        plugin = rosbag2.StoragePlugin.MCAP
+        self._writer: Any = rosbag2.Writer(self.work, version=9, storage_plugin=plugin)
+        self._writer.set_compression(
+            rosbag2.CompressionMode.STORAGE, rosbag2.CompressionFormat.ZSTD
+        )
+        self._writer.set_custom_data(_MARK, 'complete')
+        self._writer.open()
+        # rosbags calls the file as the folder, which is going to be renamed.
+        storage = self._writer.storage
+        storage.path = storage.path.rename(self.work / f'{self.path.name}.mcap')
+        topics = {'image_size': _SIZE, **slot_topics(_SLOT_TOPICS, self.slots)}
+        topics |= {'mask': _IMAGE, 'labels': _IMAGE}
+        forever = interfaces.QosTime(2147483647, 4294967295)
+        durability = interfaces.QosDurability
+        self._connections: dict[str, Any] = {}
+        for topic, kind in topics.items():
+            latched = topic == 'image_size'
+            qos = interfaces.Qos(
+                history=interfaces.QosHistory.KEEP_LAST,
+                depth=1 if latched else QUEUE_DEPTH,
+                reliability=interfaces.QosReliability.RELIABLE,
+                durability=durability.TRANSIENT_LOCAL if latched else durability.VOLATILE,
+                deadline=forever,
+                lifespan=forever,
+                liveliness=interfaces.QosLiveliness.AUTOMATIC,
+                liveliness_lease_duration=forever,
+                avoid_ros_namespace_conventions=False,
+            )
+            self._connections[topic] = self._writer.add_connection(
+                f'/{topic}', kind, typestore=self._store, offered_qos_profiles=[qos]
+            )
+
+    @classmethod
+    def is_own(cls, path: Path) -> bool:
+        """Return whether the bag says so."""
+        about = path / 'metadata.yaml'
+        return about.is_file() and _MARK.encode() in about.read_bytes()
+
+    def add(self, frame: Frame, result: FrameResult) -> None:
+        """Write all messages of a frame."""
+        # The header of the source image, bit for bit.
+        time = self._made('builtin_interfaces/msg/Time', *divmod(frame.header_ns, 1_000_000_000))
+        header = self._made('std_msgs/msg/Header', time, frame.frame_id)
+        shape = result.mask.shape
+        if shape != self._shape and frame.image is not None:
+            self._shape = shape
+            self._write('image_size', frame, 0, 0, *shape, False)
+        for slot, person in enumerate(result.people):
+            track, match = person.track, person.match
+            names, *numbers = gait_joints(match)
+            messages = {
+                'box': self._polygon(track_corners(track), track.track_id),
+                'likelihood': _image(track.likelihood),
+                'matched_box': self._polygon(matched_corners(match), match.track_id),
+                'refined_box': self._polygon(refined_corners(match), match.track_id),
+                'shape_prior': _image(match.shape_prior),
+                'gait': [list(names), *(np.array(each, np.float64) for each in numbers)],
+                'mask': _image(person.segmentation.mask),
+            }
+            for name, fields in messages.items():
+                self._write(slot_topic(slot, name), frame, header, *fields)
+        self._write('mask', frame, header, *_image(result.mask))
+        self._write('labels', frame, header, *_image(result.labels))
+
+    def finish(self) -> None:
+        """Write the index."""
+        storage = self._writer.storage
+        try:
+            self._writer.close()
+        except OSError:
+            with contextlib.suppress(OSError):
+                storage.bio.close()
+            raise
+
+    def _made(self, kind: str, *fields: Any) -> Any:
+        return self._store.types[kind](*fields)
+
+    def _polygon(self, corners: Corners, track_id: int) -> list[Any]:
+        """Return the fields of a box but for its header."""
+        points = [
+            self._made('geometry_msgs/msg/Point32', float(x), float(y), 0.0) for x, y in corners
+        ]
+        polygon = self._made('geometry_msgs/msg/Polygon', points)
+        return [self._made('geometry_msgs/msg/PolygonInstance', polygon, track_id)]
+
+    def _write(self, topic: str, frame: Frame, *fields: Any) -> None:
+        connection = self._connections[topic]
+        message = self._made(connection.msgtype, *fields)
+        data = self._store.serialize_cdr(message, connection.msgtype)
+        self._writer.write(connection, frame.recorded_ns, data)
+
+
+def _image(image: NDArray[np.uint8]) -> list[Any]:
+    """Return the fields of a (H, W) uint8 image as mono8 but for its header."""
+    height, width = image.shape
+    return [height, width, 'mono8', 0, width, np.ascontiguousarray(image).reshape(-1)]
 
 
 class MasksOutput(Output):
@@ -233,19 +345,15 @@ class OverlayOutput(Output):
     suffix = '.mp4'
 
     def begin(self) -> None:
-        """
-        Open the film.
-
-        :raises SequenceError: if there is no encoder for the name.
-        """
+        """Open the film; SequenceError if there is no encoder for the name."""
         self._frames = 0
         # No other backend: for a name it does not know OpenCV's next one throws, aloud.
         self._film = cv2.VideoWriter(
             film_name(self.work),
             cv2.CAP_FFMPEG,
             cv2.VideoWriter.fourcc(*'mp4v'),
-            self.about.fps,
-            self.about.size,
+            self.fps,
+            self.size,
         )
         if not self._film.isOpened():
             raise SequenceError(
@@ -254,30 +362,18 @@ class OverlayOutput(Output):
 
     def add(self, frame: Frame, result: FrameResult) -> None:
         """Draw a frame and write it."""
-        black = np.zeros((*self.about.size[::-1], 3), np.uint8)
+        black = np.zeros((*self.size[::-1], 3), np.uint8)
         picture = black if frame.image is None else frame.image.copy()
         for person in result.people:
-            track, match = person.track, person.match
-            if track.box is not None:
-                draw_person(
-                    picture,
-                    mask=person.segmentation.mask,
-                    box=track.box,
-                    track_id=track.track_id,
-                    phase=math.nan if match.body is None else match.phase,
-                    azimuth=math.nan if match.body is None else match.azimuth,
-                )
+            if person.track.box is not None:
+                draw_person(picture, person.segmentation.mask, person.track.box, person.match)
         draw_label(picture, f'{frame.number}', (4, 4))
         # Which is a copy, where it has the size.
-        self._film.write(cv2.resize(picture, self.about.size, interpolation=cv2.INTER_AREA))
+        self._film.write(cv2.resize(picture, self.size, interpolation=cv2.INTER_AREA))
         self._frames += 1
 
     def finish(self) -> None:
-        """
-        Write the index, and count the frames: OpenCV does not tell of a full disk.
-
-        :raises SequenceError: if some are missing.
-        """
+        """Write the index, and count the frames, as OpenCV does not tell of a full disk."""
         self._film.release()
         capture = cv2.VideoCapture(film_name(self.work))
         readable = 0
@@ -334,7 +430,7 @@ def _row(person: PersonResult) -> tuple[object, ...]:
     return (track.track_id, track.state, *box, *gait, pixels)
 
 
-def normalised(mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def centred_silhouette(mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """
     Cut a silhouette out, 64 pixels high and centred.
 
@@ -346,12 +442,12 @@ def normalised(mask: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """
     rows = np.flatnonzero(mask.any(axis=1))
     cut = mask[rows[0] : rows[-1] + 1]
-    width = max(int(cut.shape[1] * _SIDE / cut.shape[0]), 1)
-    sized = np.asarray(cv2.resize(cut, (width, _SIDE), interpolation=cv2.INTER_CUBIC))
+    width = max(int(cut.shape[1] * _SILHOUETTE_PX / cut.shape[0]), 1)
+    sized = np.asarray(cv2.resize(cut, (width, _SILHOUETTE_PX), interpolation=cv2.INTER_CUBIC))
     mass = sized.sum(axis=0, dtype=np.int64).cumsum()
     center = int(np.searchsorted(mass, mass[-1] / 2))
-    padded = np.pad(sized, ((0, 0), (_SIDE // 2, _SIDE // 2)))
-    return padded[:, center : center + _SIDE]
+    padded = np.pad(sized, ((0, 0), (_SILHOUETTE_PX // 2, _SILHOUETTE_PX // 2)))
+    return padded[:, center : center + _SILHOUETTE_PX]
 
 
 class OpenGaitOutput(Output):
@@ -387,7 +483,7 @@ class OpenGaitOutput(Output):
         for person in result.people:
             mask = person.segmentation.mask
             if person.track.track_id and int(mask.sum()) > _LEAST_SUM:
-                seen = (normalised(mask), cmath.rect(1, person.match.azimuth))
+                seen = (centred_silhouette(mask), cmath.rect(1, person.match.azimuth))
                 self._walks.setdefault(person.track.track_id, []).append(seen)
 
     def finish(self) -> None:
@@ -400,3 +496,13 @@ class OpenGaitOutput(Output):
                 file = self.work / f'person-{track_id:03d}/{view}/{view}.pkl'
                 file.parent.mkdir(parents=True, exist_ok=True)
                 file.write_bytes(pickle.dumps(np.stack(silhouettes), protocol=4))
+
+
+OUTPUTS: tuple[type[Output], ...] = (
+    BagOutput,
+    MasksOutput,
+    OverlayOutput,
+    CsvOutput,
+    OpenGaitOutput,
+)
+"""What an input can be replayed into; each has an option of the command."""

@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 
 from gait_segmentation.errors import InputError, SequenceError
-from gait_segmentation.files.image_files import (
+from gait_segmentation.inputs.encodings import check_pixels, decode_image
+from gait_segmentation.inputs.folder import (
     IMAGE_SUFFIXES,
-    check_pixels,
-    decode_image,
     images_in,
-    read_image,
+    load_image,
 )
 
 SIZE = (64, 48)
@@ -97,7 +96,7 @@ def test_what_is_damaged_or_too_large_is_named(
     path = tmp_path / '0.png'
     path.write_bytes(data)
     with pytest.raises(SequenceError, match=str(path)):
-        read_image(path, max_pixels=most or 1 << 26)
+        load_image(path, max_pixels=most or 1 << 26)
 
 
 def test_as_many_pixels_as_are_allowed_may_come_and_no_more() -> None:

@@ -1,3 +1,0 @@
-# SPDX-FileCopyrightText: The gait_segmentation contributors
-# SPDX-License-Identifier: GPL-3.0-or-later
-"""The parts of gait_replay."""
