@@ -27,7 +27,7 @@ from gait_segmentation.matching.common_areas import (
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.events import EventKernel
 from gait_segmentation.matching.path import PathSearch, State, Views
-from gait_segmentation.matching.phase import NearLeg, PhaseFinder, phase_near
+from gait_segmentation.matching.phase import PhaseFilter
 from gait_segmentation.matching.placements import (
     PlacementGrid,
     Sampled,
@@ -142,8 +142,7 @@ class SequenceMatcher:
     def _start_path(self) -> None:
         self._path = PathSearch(self._bank, self._row, self.config)
         self._waiting: deque[_Waiting] = deque()
-        self._phase = PhaseFinder(self._bank, self.config)
-        self._near_leg = NearLeg()
+        self._phase = PhaseFilter(self._bank, self.config)
 
     def add_frame(
         self,
@@ -250,14 +249,13 @@ class SequenceMatcher:
         sequence, phase, scale, row, column = states[-1 - back].tolist()
         state = sequence, phase, scale, row, column
         images, known = frame.sampled.images, frame.sampled.known
-        bank, grid, rate = self._bank, self._placements, self._phase.clock.rate
+        bank, grid = self._bank, self._placements
         found_at = self._between(state, back, frame.angle) if back else self._newest
         placement, azimuth, expected = found_at
         found = cv2.countNonZero(images.reshape(-1, images.shape[2])) > 0
         if not found:
             placement = Placement(0.0, 0.0, 1.0)
-        belief = self._phase.clock.belief(back)
-        share, sure = phase_near(belief, self._near_leg.expected(frame.seconds, rate, expected))
+        share, sure = self._phase.phase(back, expected, azimuth)
         body, template = placement.body(frame.box, frame.angle), bank.templates[sequence, phase]
         height, width = frame.shape
         part = grid.windows.part(row, column)
@@ -282,8 +280,8 @@ class SequenceMatcher:
             placement=placement,
             sequence=sequence,
             phase_index=phase,
-            phase=self._near_leg.phase_of(share, azimuth, frame.seconds),
-            phase_rate=rate,
+            phase=share,
+            phase_rate=self._phase.rate,
             azimuth=azimuth,
             similarity=common / union if union else 0.0,
             confidence=sure if found else 0.0,
