@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank, quantize
 from gait_segmentation.geometry import Box, Placement, check_matched_box, template_to_image
-from gait_segmentation.images import same_proportions
+from gait_segmentation.images import check_map, same_proportions
 from gait_segmentation.matching.common_areas import (
     UNIT,
     CommonAreas,
@@ -65,47 +65,6 @@ def coded_bank(
     return templates, KERNELS[kernel](templates.reshape(-1, *bank.grid), windows)
 
 
-def check_frame(
-    likelihood: NDArray[np.uint8],
-    source_size: tuple[int, int],
-    box: Box | None,
-    angle: float,
-    known: NDArray[np.uint8] | None = None,
-) -> float:
-    """
-    Refuse what cannot be used; the parameters are those of :meth:`SequenceMatcher.add_frame`.
-
-    :returns: the width of the likelihood over that of the source.
-    :raises InputError: if a value cannot be used.
-    """
-    for name, array in (('likelihood', likelihood), ('known', known)):
-        if array is None:
-            continue
-        if not isinstance(array, np.ndarray) or array.ndim != 2 or array.dtype != np.uint8:
-            raise InputError(
-                f'{name} must be a (height, width) uint8 array, got shape '
-                f'{np.shape(array)} {getattr(array, "dtype", type(array).__name__)}'
-            )
-        if array.size == 0 or array.shape != likelihood.shape:
-            raise InputError(
-                f'{name} must have the size of the likelihood and at least one pixel, got '
-                f'{array.shape} and {likelihood.shape}'
-            )
-    if not math.isfinite(angle):
-        raise InputError(f'angle must be a finite number of radians, got {angle}')
-    width, height = source_size
-    if width < 1 or height < 1:
-        raise InputError(f'source size must be positive, got {width} x {height}')
-    if not same_proportions(likelihood.shape, (height, width)):
-        raise InputError(
-            f'likelihood of {likelihood.shape[1]} x {likelihood.shape[0]} pixels does not '
-            f'have the proportions of the source of {width} x {height}'
-        )
-    if box is not None:
-        check_matched_box(box, source_size)
-    return likelihood.shape[1] / width
-
-
 @dataclass(frozen=True)
 class _Waiting:
     """A frame without a result: scale and shape are the likelihood's, seconds the path's."""
@@ -146,47 +105,36 @@ class SequenceMatcher:
 
     def add_frame(
         self,
-        likelihood: NDArray[np.uint8],
-        box: Box | None,
-        stamp_ns: int,
-        *,
-        track_id: int,
+        track: TrackResult,
         source_size: tuple[int, int],
         known: NDArray[np.uint8] | None = None,
-        angle: float = 0.0,
     ) -> list[MatchResult]:
         """
-        Take in a frame.
+        Take in a frame, which :class:`PeopleMatcher` has checked.
 
-        Another ``track_id``, no box, or a pause longer than the window ends the path: the results
+        Another ``track_id``, no body, or a pause longer than the window ends the path: the results
         that the lag holds back are emitted and the next frame begins a new path.
 
-        :param likelihood: (h, w) uint8, 255 = surely person, of the source's proportions.
-        :param box: tight box of the person in source pixels, not absurdly small, large or far
-            away (:func:`~gait_segmentation.geometry.check_matched_box`); None = no person.
-        :param stamp_ns: the frame's stamp in nanoseconds, later than the last one's.
-        :param track_id: who is tracked.
+        :param track: what the tracker says of the person, in a frame later than the last one.
         :param source_size: (width, height) of the source image.
         :param known: (h, w) uint8, 0 where the likelihood says nothing, as where something hides
             the person; None = known everywhere.  What is outside of the image is never known.
-        :param angle: tilt of the body's axis in radians, positive with the head to the right.
         :returns: the results that are complete now, oldest first.  With a lag of n frames the
-            first n calls of a path return nothing.  Without a box, the last one is empty.
-        :raises InputError: if a value cannot be used; the state is then as before.
+            first n calls of a path return nothing.  Without a body, the last one is empty.
         """
-        scale = check_frame(likelihood, source_size, box, angle, known)
-        check_later(stamp_ns, self._stamp_ns)
+        likelihood, box, stamp_ns = track.likelihood, track.body, track.stamp_ns
         results: list[MatchResult] = []
         pause = (stamp_ns - self._stamp_ns) / 1e9
-        if box is None or track_id != self._track_id or pause > self.config.window:
+        if box is None or track.track_id != self._track_id or pause > self.config.window:
             results = self.flush()
-        self._stamp_ns, self._track_id = stamp_ns, track_id
+        self._stamp_ns, self._track_id = stamp_ns, track.track_id
         if box is None:
-            return [*results, MatchResult.empty(stamp_ns, track_id, likelihood.shape)]
+            return [*results, MatchResult.empty(stamp_ns, track.track_id, likelihood.shape)]
         grid, begins = self._placements, not self._path.frames
         if begins:
             self._origin_ns = stamp_ns
         seconds = (stamp_ns - self._origin_ns) / 1e9
+        scale, angle = likelihood.shape[1] / source_size[0], track.angle
         small = box.scaled(scale)
         searched = grid.everywhere if begins else self._about_path()
         sampled = grid.sample(
@@ -350,19 +298,12 @@ class PeopleMatcher:
         """
         for track in tracks:
             # Before the state of any slot is changed, and occluders are drawn.
-            check_frame(track.likelihood, source_size, track.body, track.angle)
+            _check(track, source_size)
         check_later(tracks[0].stamp_ns, self._stamp_ns)
         self._stamp_ns = tracks[0].stamp_ns
         calls = [
             partial(
-                slot.add_frame,
-                track.likelihood,
-                track.body,
-                track.stamp_ns,
-                track_id=track.track_id,
-                source_size=source_size,
-                known=self._unoccluded(track, tracks, source_size),
-                angle=track.angle,
+                slot.add_frame, track, source_size, self._unoccluded(track, tracks, source_size)
             )
             for slot, track in zip(self._slots, tracks, strict=True)
         ]
@@ -409,3 +350,20 @@ class PeopleMatcher:
                 self._last[index] = results[-1]
         complete = min(map(len, self._answers))
         return [tuple(each.popleft() for each in self._answers) for _ in range(complete)]
+
+
+def _check(track: TrackResult, source_size: tuple[int, int]) -> None:
+    """Refuse a track that cannot be matched."""
+    likelihood, (width, height) = track.likelihood, source_size
+    check_map(likelihood, 'likelihood')
+    if not math.isfinite(track.angle):
+        raise InputError(f'angle must be a finite number of radians, got {track.angle}')
+    if width < 1 or height < 1:
+        raise InputError(f'source size must be positive, got {width} x {height}')
+    if likelihood.size == 0 or not same_proportions(likelihood.shape, (height, width)):
+        raise InputError(
+            f'likelihood of {likelihood.shape[1]} x {likelihood.shape[0]} pixels does not '
+            f'have the proportions of the source of {width} x {height}'
+        )
+    if track.body is not None:
+        check_matched_box(track.body, source_size)

@@ -224,13 +224,7 @@ def words_of(vocabulary: Vocabulary, points: EdgePoints, body: BodyFrame) -> NDA
 
 
 @kernel('i8[:], i8[:], i8[::1], f4[::1], f4[:,:,::1]')
-def _stamp(
-    rows: NDArray[np.int64],
-    columns: NDArray[np.int64],
-    words: NDArray[np.int64],
-    table: NDArray[np.float32],
-    squares: NDArray[np.float32],
-) -> None:
+def _stamp(rows, columns, words, table, squares):  # type: ignore[no-untyped-def]
     """Lower squared distances to those from each point: sooner than a transform a word."""
     _, height, width = squares.shape
     reach = table.size // 2

@@ -188,13 +188,7 @@ def default_vocabulary() -> Vocabulary:
 
 
 @kernel('f4[:,::1], f4[:,:,::1], f4[:,::1], f4[::1], f4[:,::1]')
-def _fill_log_densities(
-    features: NDArray[np.float32],
-    whitening: NDArray[np.float32],
-    offset: NDArray[np.float32],
-    constant: NDArray[np.float32],
-    logs: NDArray[np.float32],
-) -> None:
+def _fill_log_densities(features, whitening, offset, constant, logs):  # type: ignore[no-untyped-def]
     # Not a matrix product: BLAS would wake its threads for a fraction of a millisecond.
     for point in range(features.shape[0]):
         z = features[point]

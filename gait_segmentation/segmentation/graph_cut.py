@@ -73,9 +73,7 @@ def open_graph(fixed: NDArray[np.int8]) -> OpenGraph:
 
 
 @kernel('i1[:,::1], i4[::1], i4[:,::1]')
-def _find_open(
-    fixed: NDArray[np.int8], pixels: NDArray[np.int32], beside: NDArray[np.int32]
-) -> None:
+def _find_open(fixed, pixels, beside):  # type: ignore[no-untyped-def]
     """Fill in places and neighbours of the open pixels, see :class:`OpenGraph`."""
     count = np.int32(len(pixels))
     # By the rows of a window with a border, of what lies where.
@@ -113,12 +111,7 @@ def decided(logit: NDArray[np.float32]) -> NDArray[np.int8]:
 
 
 @kernel('u1[:,:,::1], i4[::1], i4[:,::1], i4[:,::1]')
-def _squares(
-    image: NDArray[np.uint8],
-    pixels: NDArray[np.int32],
-    beside: NDArray[np.int32],
-    links: NDArray[np.int32],
-) -> float:
+def _squares(image, pixels, beside, links):  # type: ignore[no-untyped-def]
     """Put squared contrasts into one of the two directions of each link; return their mean."""
     width = image.shape[1]
     flat = image.reshape(-1, 3)
@@ -143,9 +136,7 @@ def _squares(
 
 
 @kernel('i4[:,::1], f8, f8, i4[:,::1]')
-def _weigh(
-    beside: NDArray[np.int32], mean: float, weight: float, links: NDArray[np.int32]
-) -> None:
+def _weigh(beside, mean, weight, links):  # type: ignore[no-untyped-def]
     """Turn squared contrasts into capacities, in both directions."""
     count = len(beside) - 1
     beta = 1 / (2 * mean) if mean > 0 else 0.0
@@ -187,13 +178,7 @@ def contrast_links(
 
 
 @kernel('f4[:,::1], i4[::1], i4[:,::1], f8, i4[:,::1]')
-def _distance(
-    psi: NDArray[np.float32],
-    pixels: NDArray[np.int32],
-    beside: NDArray[np.int32],
-    weight: float,
-    links: NDArray[np.int32],
-) -> None:
+def _distance(psi, pixels, beside, weight, links):  # type: ignore[no-untyped-def]
     width = psi.shape[1]
     flat = psi.reshape(-1)
     count = len(pixels)
@@ -255,7 +240,7 @@ def minimum_cut(graph: OpenGraph, logit: NDArray[np.float32]) -> NDArray[np.bool
 
 
 @njit(nogil=True, inline='always')
-def _own_label(terminal: np.int32, weight: np.int32) -> int:
+def _own_label(terminal, weight):  # type: ignore[no-untyped-def]
     """Return the label a t-link gives whatever those of the neighbours are, 0 without one."""
     if terminal >= weight:
         return 1
@@ -263,14 +248,7 @@ def _own_label(terminal: np.int32, weight: np.int32) -> int:
 
 
 @kernel('i4[:,::1], i4[:,::1], f4[::1], i1[::1], i4[::1], i4[:,::1]')
-def _settle(
-    beside: NDArray[np.int32],
-    links: NDArray[np.int32],
-    logit: NDArray[np.float32],
-    settled: NDArray[np.int8],
-    terminal: NDArray[np.int32],
-    pairs: NDArray[np.int32],
-) -> tuple[int, int]:
+def _settle(beside, links, logit, settled, terminal, pairs):  # type: ignore[no-untyped-def]
     """Settle nodes whose t-link is worth all their links; list the nodes and pairs left."""
     count = len(logit)
     # What is fixed, and what is beyond the window, to which links are 0.
