@@ -26,7 +26,7 @@ from gait_segmentation.matching.common_areas import (
 )
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.events import EventKernel
-from gait_segmentation.matching.path import PathSearch, State, Views
+from gait_segmentation.matching.path import PathSearch, State
 from gait_segmentation.matching.phase import PhaseFilter
 from gait_segmentation.matching.placements import (
     PlacementGrid,
@@ -93,7 +93,6 @@ class SequenceMatcher:
         self._searched = grid.everywhere.about(grid.center, self._reach)
         self._place = grid.center
         self._row = coded.row
-        self._views = Views(bank)
         self._stamp_ns = 0
         self._track_id = 0
         self._start_path()
@@ -183,12 +182,10 @@ class SequenceMatcher:
 
     def _between(self, state: State, back: int, angle: float) -> tuple[Placement, float, float]:
         """Return placement, azimuth and phase, between those searched, ``back`` frames ago."""
-        scores, beside = self._path.frames[-1 - back].scores, self._views.beside[state[0]]
-        view, phase, *place = scores.offsets(state, beside)
-        scale, row, column = (at + off for at, off in zip(state[2:], place, strict=True))
+        azimuth, offsets = self._path.beside(state, back)
+        phase, scale, row, column = (at + by for at, by in zip(state[1:], offsets, strict=True))
         placement = self._placements.placement(scale, row, column, angle)
-        azimuth = self._views.azimuth(state[0], view)
-        return placement, azimuth, (state[1] + phase) / self._bank.phases
+        return placement, azimuth, phase / self._bank.phases
 
     def _emit(self, states: NDArray[np.int64]) -> MatchResult:
         """Make the result of the frame that waits longest, by a path that ends in the newest."""

@@ -68,16 +68,19 @@ class Views:
 
 
 @dataclass(frozen=True)
-class Scores:
+class PathFrame:
     """
-    The scores of a frame.
+    A frame of the search, in path units.
 
     ``rows`` is (V, P * N) int16, of each sequence phase by phase the scores of the N lanes of
-    ``searched`` with filling.  Placements that were not searched are at the floor.
+    ``searched`` with filling.  Placements that were not searched are at the floor.  ``costs`` are
+    (D,) int16, those of advancing to the frame by 0, 1, ... D - 1 phases; D is at most P.
     """
 
     rows: NDArray[np.int16]
     searched: SearchRange
+    seconds: float
+    costs: NDArray[np.int16]
 
     @cached_property
     def places(self) -> NDArray[np.int16]:
@@ -85,49 +88,6 @@ class Scores:
         searched, views = self.searched, len(self.rows)
         scores = self.rows.reshape(views, -1, searched.pitch)[..., : searched.size]
         return scores.reshape(*scores.shape[:2], *searched.shape)
-
-    def moved(self, searched: SearchRange, phases: int) -> Scores:
-        """Return the scores where they are in another range of placements."""
-        last = self.searched
-        after = np.empty((len(self.rows), phases * searched.pitch), np.int16)
-        lanes, shift = (last.pitch, searched.pitch), np.subtract(searched.first, last.first)
-        shifted(self.rows, after, phases, last.shape, searched.shape, lanes, shift)
-        return Scores(after, searched)
-
-    def offsets(self, state: State, beside: tuple[int, int]) -> list[float]:
-        """
-        Return how far beside a state the best place lies, in steps of -0.5 to 0.5.
-
-        Along each axis by itself, it is the vertex of the parabola through three scores.
-
-        :param beside: the sequences beside the state's, clockwise and anticlockwise.
-        :returns: for view, phase, scale, row and column.
-        """
-        here = np.array(state) - (0, 0, *self.searched.first)
-        sides = here + _SIDES
-        sides[:, 0, 0] = beside
-        sides[:, 1, 1] %= self.places.shape[1]
-        inside = np.all((sides >= 0) & (sides < self.places.shape), axis=2, keepdims=True)
-        scores = self.places[tuple(np.where(inside, sides, here).transpose(2, 0, 1))]
-        low, high = np.where(inside[..., 0], scores.astype(np.int64), FLOOR)
-        bend = 2 * int(self.places[tuple(here)]) - low - high
-        # What is at the floor has not been searched.
-        curved = (np.minimum(low, high) > FLOOR) & (bend > 0)
-        vertex = 0.5 * (high - low) / np.maximum(bend, 1)
-        return np.where(curved, vertex, 0.0).clip(-0.5, 0.5).tolist()
-
-
-@dataclass(frozen=True)
-class PathFrame:
-    """
-    A frame of the search: its scores, its time, and (D,) int16 costs of the step to it.
-
-    These are in path units, of advancing by 0, 1, ... D - 1 phases; D is at most P.
-    """
-
-    scores: Scores
-    seconds: float
-    costs: NDArray[np.int16]
 
 
 class PathSearch:
@@ -146,10 +106,9 @@ class PathSearch:
         """Begin a path; ``row`` (K,) int32 is where the similarities of a template are."""
         self._config = config
         self._row = row
+        self._views = Views(bank)
         self._near, self._near_cost = view_changes(bank, config)
         self._move_cost = round(UNIT * config.move_cost)
-        self._slowest, self._fastest = config.slowest_rate, config.fastest_rate
-        self._most_frames = max(config.lag + 2, _MOST_FRAMES)
         self.leading: NDArray[np.int16] = np.zeros((bank.sequences, bank.phases), np.int16)
         """(V, P) int16, the best score of each template in the newest frame."""
 
@@ -175,27 +134,29 @@ class PathSearch:
         :param searched: the placements searched.
         """
         config, (views, phases) = self._config, self.leading.shape
-        after = Scores(np.empty((views, phases * searched.pitch), np.int16), searched)
-        before, passed = Scores(after.rows[:0], searched), 0.0
+        rows = np.empty((views, phases * searched.pitch), np.int16)
+        before, passed = rows[:0], 0.0
         if self.frames:
-            before = self.frames[-1].scores
-            if before.searched != searched:
-                before = before.moved(searched, phases)
-            passed = seconds - self.frames[-1].seconds
+            last = self.frames[-1]
+            before, old, passed = last.rows, last.searched, seconds - last.seconds
+            if old != searched:
+                before, lanes = np.empty_like(rows), (old.pitch, searched.pitch)
+                shift = np.subtract(searched.first, old.first)
+                shifted(last.rows, before, phases, old.shape, searched.shape, lanes, shift)
         # What rounding leaves is owed to the next step, or all would go too slow or too fast.
         owed = self._owed + phases * self.rate * passed
         expected = round(owed)
         self._owed = owed - expected
         # Of advancing by 0, 1, 2, ... phases: standing still is allowed, going back is not.
-        most = min(max(math.ceil(phases * self._fastest * passed - 1e-9), 1), phases - 1)
+        most = min(max(math.ceil(phases * config.fastest_rate * passed - 1e-9), 1), phases - 1)
         off = (abs(steps - min(expected, most)) / phases for steps in range(most + 1))
         costs = np.array(
             [min(round(UNIT * config.rate_cost * each), UNIT) for each in off], np.int16
         )
         fading = min(int(32768 * math.exp(-passed / config.memory)), 32767)
         advance(
-            before.rows,
-            after.rows,
+            before,
+            rows,
             np.int16(self._best),
             np.int16(fading),
             costs,
@@ -209,15 +170,15 @@ class PathSearch:
         )
         frames = self.frames
         while frames and (
-            len(frames) == self._most_frames
+            len(frames) == max(config.lag + 2, _MOST_FRAMES)
             or (len(frames) > config.lag + 1 and seconds - frames[1].seconds > config.window)
         ):
             del frames[0]
             self._traced = self._traced[1:]
-        frames.append(PathFrame(after, seconds, costs))
+        frames.append(PathFrame(rows, searched, seconds, costs))
         self._best = int(self.leading.max())
         sequence, phase = self._leading_template()
-        lane = int(after.places[sequence, phase].argmax())
+        lane = int(frames[-1].places[sequence, phase].argmax())
         self.leader = sequence, phase, *searched.place(lane)
 
     def follow(self) -> NDArray[np.int64]:
@@ -229,13 +190,13 @@ class PathSearch:
                 # Where it meets the path traced before, they are the same.
                 states[:index] = self._traced[:index]
                 break
-            frame, scores = self.frames[index], self.frames[index - 1].scores
+            last = self.frames[index - 1]
             step_back(
-                scores.rows,
-                frame.costs,
-                scores.searched.first,
-                scores.searched.shape,
-                scores.searched.pitch,
+                last.rows,
+                self.frames[index].costs,
+                last.searched.first,
+                last.searched.shape,
+                last.searched.pitch,
                 self.leading.shape[1],
                 self._near,
                 self._near_cost,
@@ -250,9 +211,33 @@ class PathSearch:
             count, time = self.leading.shape[1], seconds - seconds.mean()
             strides = np.concatenate([[0], np.cumsum(np.diff(states[:, 1]) % count)]) / count
             rate = float(time @ strides / (time @ time))
-            self.rate = min(max(rate, self._slowest), self._fastest)
+            self.rate = min(max(rate, self._config.slowest_rate), self._config.fastest_rate)
         self._followed = self.leader[:2]
         return states
+
+    def beside(self, state: State, back: int) -> tuple[float, list[float]]:
+        """
+        Return where beside a state, ``back`` frames ago, the best place lies.
+
+        Along each axis by itself, it is the vertex of the parabola through three scores.
+
+        :returns: the azimuth, in radians, and of phase, scale, row and column how many steps,
+            -0.5 to 0.5, it is beside the state's.
+        """
+        frame, sequence = self.frames[-1 - back], state[0]
+        here = np.array(state) - (0, 0, *frame.searched.first)
+        sides = here + _SIDES
+        sides[:, 0, 0] = self._views.beside[sequence]
+        sides[:, 1, 1] %= frame.places.shape[1]
+        inside = np.all((sides >= 0) & (sides < frame.places.shape), axis=2, keepdims=True)
+        scores = frame.places[tuple(np.where(inside, sides, here).transpose(2, 0, 1))]
+        low, high = np.where(inside[..., 0], scores.astype(np.int64), FLOOR)
+        bend = 2 * int(frame.places[tuple(here)]) - low - high
+        # What is at the floor has not been searched.
+        curved = (np.minimum(low, high) > FLOOR) & (bend > 0)
+        vertex = 0.5 * (high - low) / np.maximum(bend, 1)
+        view, *offsets = np.where(curved, vertex, 0.0).clip(-0.5, 0.5).tolist()
+        return self._views.azimuth(sequence, view), offsets
 
     def _leading_template(self) -> tuple[int, int]:
         """Return sequence and phase of the leader."""
@@ -311,22 +296,15 @@ def advance(  # type: ignore[no-untyped-def]
     old, new, best, fading, phase_cost, near, near_cost, move_cost, shape, similarity, row, leading
 ):
     """
-    Compute the scores of a frame from those of the frame before, at the same placements.
+    Compute the scores of a frame, ``new``, from those of the frame before, at the same placements.
 
-    score = fading * max over predecessors (score before - cost of the transition) + similarity,
-    with the maximum taken axis by axis, which is exact because the costs add up.
+    score = fading / 32768 * max over predecessors (score before - cost of the transition) +
+    similarity, with the maximum taken axis by axis, which is exact because the costs add up.
 
-    :param old: scores of the frame before, without rows if there was none.
-    :param new: scores of this frame, written.
-    :param best: int16, the largest of the old scores.
-    :param fading: int16, factor on old scores, in 1/32768.
-    :param phase_cost: (D,) int16, cost of advancing by 0, 1, ... phases.
-    :param near: (V, M) int32 and ``near_cost`` (V, M) int16, see :func:`view_changes`.
-    :param move_cost: int16, cost of moving the placement by one step.
+    :param old: scores of the frame before, without rows if there was none; ``best`` of all.
     :param shape: (S, rows, columns) of the placements.
-    :param similarity: (R, N) int16, what is added.
-    :param row: (V * P,) int32, where in it a template is.
-    :param leading: (V, P) int16, largest score of each template, result.
+    :param similarity: (R, N), of which ``row`` (V * P,) is that of each template.
+    :param leading: (V, P), largest score of each template, result.
     """
     views, phases, lanes = len(new), leading.shape[1], similarity.shape[1]
     level = shape[1] * shape[2]
@@ -448,14 +426,10 @@ def _largest(scores):  # type: ignore[no-untyped-def]
 @kernel('i2[:,::1], i2[:,::1], i8, UniTuple(i8, 3), UniTuple(i8, 3), UniTuple(i8, 2), i8[::1]')
 def shifted(before, after, phases, old, new, lanes, shift):  # type: ignore[no-untyped-def]
     """
-    Move all scores by whole placements.
+    Take the score ``after`` of each placement from ``before``, of placement + shift.
 
-    :param before: scores, and ``after`` likewise, written; what comes from beyond the range
-        searched before is at the floor.
-    :param phases: P.
     :param old: (S, rows, columns) of the placements searched before, and ``new`` of those to be.
     :param lanes: numbers of the former and of the latter with filling.
-    :param shift: (3,) int64; the score of a placement is taken from placement + shift.
     """
     low, high = np.empty(3, np.int64), np.empty(3, np.int64)
     for axis in range(3):
@@ -482,15 +456,10 @@ def step_back(  # type: ignore[no-untyped-def]
     scores, phase_cost, first, shape, lanes, phases, near, near_cost, move_cost, state, result
 ):
     """
-    Find the best predecessor of a state.
+    Put the best predecessor of a state into ``result``, by the scores of the frame before.
 
-    :param scores: those of the frame before.
-    :param phase_cost: (D,) int16, cost of advancing by 0, 1, ... phases.
-    :param first: body height, row and column of the first placement searched before, and
-        ``shape`` how many of each.
-    :param lanes: their number with filling.
-    :param near: (V, M) int32 and ``near_cost`` (V, M) int16, see :func:`view_changes`.
-    :param state: (5,) int64, sequence, phase, scale, row, column; ``result`` likewise, written.
+    :param first: body height, row and column of the first placement searched then, and
+        ``shape`` how many of each; ``lanes`` their number with filling.
     """
     scales, rows, columns = shape
     view, phase = state[0], state[1]

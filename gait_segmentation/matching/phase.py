@@ -41,8 +41,8 @@ _LEAST_CONTRAST = 0.05 * 255
 _ALL = 255
 
 _RATES = 14  # rates of the grid, the first of which is standing
-# Strides per second of adults, 110 steps/min, and the standard deviation of its logarithm.
-_USUAL_RATE, _SPREAD = 0.92, 0.2
+_USUAL_RATE = 0.92  # strides per second of adults, 110 steps/min
+_SPREAD = 0.2  # standard deviation of its logarithm
 _STANDING = 0.05  # share of people who stand
 _RATE_DIFFUSION = 0.1  # standard deviation by which the logarithm of the rate changes in a second
 # Share of the belief that returns to the prior in a second: people stop, or the view is wrong.
@@ -55,13 +55,12 @@ _CELL_DIFFUSION = 2.0
 _UNLIKELY = 3e-3  # views and placements less likely than this are not compared
 # Share of the belief that is spread over all views and placements when the views are moved.
 _ANYWHERE = 0.01
-# Time after which frames tell nothing more of an earlier one, as synthetic walkers show.
-_LATER_S = 0.5
+_LATER_S = 0.5  # after which frames tell nothing more of an earlier one, as synthetic walkers show
 _FLOOR = float(np.exp(-12.0))  # no frame is worth more than this
 _TOLERANCE = 0.05  # strides to either side of a phase that is called right
 
-# How many frames, and how much time, a line through the places of a body is drawn through.
-_FRAMES, _LONGEST_S = 20, 0.8
+_FRAMES = 20  # how many, at most, a line through the places of a body is drawn through
+_LONGEST_S = 0.8  # and how long ago
 # Share of the height, of the place or of the height itself, from which on a body has jumped.
 _JUMP = 0.25
 # Time in which a motion must show to be trusted, across, down and in height: seconds that stand
@@ -165,7 +164,7 @@ class PhaseFilter:
         wanted: NDArray[np.bool_],
     ) -> Belief:
         """
-        Compare the phases of the chosen views at placements about a body.
+        Return how well the phases of the chosen views fit at placements about a body.
 
         In the Tanimoto similarity, which favours large templates where the surroundings are not
         black, differences as small as those between phases seen from the front drown.  Here the
@@ -173,14 +172,11 @@ class PhaseFilter:
         compared by half the sum of squared differences: the logarithm of the probability for
         independent errors of the pixels.  It is sampled at half pixels of the views.
 
-        :param likelihood: and ``known`` as in :meth:`add_frame`.
-        :param body: where the body is thought to be, in the likelihood's pixels.
-        :param phase: one that fits the middle view, by which person and surroundings are separated
-            apart.
+        :param phase: one that fits the middle view, by which person and surroundings are told
+            apart; the other parameters are as in :meth:`add_frame`.
         :param wanted: (V, S, Y) bool, views, heights and rows to compare.
-        :returns: (V, S, Y, P) float64, up to a constant half the sum of squared differences in
-            quarters of the views' pixels at the height of ``body``, negative; of the columns
-            about the best one; -inf where not wanted.  Zeros if nothing is known.
+        :returns: (V, S, Y, P) float64, up to a constant, in quarters of the views' pixels at the
+            height of ``body``; -inf where not wanted.  Zeros if nothing is known.
         """
         rows, columns = (2 * side for side in self._views.templates.shape[2:])
         grids = HEIGHTS, (rows + 2 * _MARGIN, columns + 2 * _MARGIN), self._fill * rows
@@ -199,10 +195,9 @@ class PhaseFilter:
         if levels is None:
             return np.zeros(shape)
         result = np.full(shape, -np.inf)
-        seen = values[:0] if seen is None else seen
         weights = 4 * np.square(HEIGHTS)
-        fixed = values, seen, levels, self._part, wanted
-        _compare(self._templates, self._squares, *fixed, weights, result)
+        given = values, values[:0] if seen is None else seen, levels, self._part, wanted
+        _compare(self._templates, self._squares, *given, weights, result)
         return result
 
     def predict(self, seconds: float, moved: int = 0) -> NDArray[np.bool_]:
@@ -252,13 +247,15 @@ class PhaseFilter:
 
     def phase(self, back: int, expected: float, azimuth: float) -> tuple[float, float]:
         """
-        Return the phase of a frame, in [0, 1), and the probability that it is right, in 0..1.
+        Return the phase of a frame, in [0, 1), of the leg nearer to the camera.
 
         Frames are asked for in their order: the phase of each goes on from the last one's.
 
         :param back: 0 = the newest frame, 1 = the one before.
         :param expected: strides, what is expected of the first frame.
         :param azimuth: direction of walking in radians, 0 to the right in the image.
+        :returns: the phase, and the probability that it is right to 5 % of a stride, apart from
+            half strides, in 0..1.
         """
         seconds = self._steps[-1 - back].seconds
         if self._before is not None:
@@ -306,13 +303,9 @@ class PhaseFilter:
 
 def phase_near(belief: Belief, phase: float) -> tuple[float, float]:
     """
-    Return the mean phase of a belief, apart from half strides, and the probability of it.
+    Return the mean phase of a belief, in [0, 1), and the probability that it is right, in 0..1.
 
-    :param belief: (P,) float64, probabilities of the phases 0, 1 / P, ...; halves of a stride are
-        laid over one another.
-    :param phase: strides; of the two halves the one nearer to this is taken.
-    :returns: the phase in [0, 1), and the probability that it is right to 5 % of a stride, apart
-        from half strides, in 0..1.
+    Halves of a stride are laid over one another, and the one nearer to a phase is taken.
     """
     at = np.arange(len(belief)) / len(belief)
     # On a circle of half a stride.
@@ -330,9 +323,8 @@ class NearLeg:
     """
     Counts the stride from the leg nearer to the camera, and never backwards.
 
-    Seen from the front or back neither leg is nearer.  Within 30 degrees of the camera's axis the
-    leg therefore stays the one it was, so that the phase goes on while the view wavers about the
-    axis; a person who turns from one side to the other changes legs, half a stride, once.
+    Within 30 degrees of the camera's axis the leg stays the one it was, so that the phase goes on
+    while the view wavers; who turns from one side to the other changes legs, half a stride, once.
     """
 
     def __init__(self) -> None:

@@ -34,7 +34,7 @@ from gait_segmentation.images import (
     shrink,
     signed_distance,
 )
-from gait_segmentation.paper.prior import paper_terms
+from gait_segmentation.paper.prior import shape_terms
 from gait_segmentation.paper.vocabulary import Vocabulary, default_vocabulary
 from gait_segmentation.people import TaskPool
 from gait_segmentation.results import MatchResult, SegmentationResult
@@ -61,6 +61,7 @@ _FIT_RATE = 1 / 7
 # outside: it cannot say more than 4.6 for or against the person.
 _FLOOR = 0.01
 _NOBODY = 'the cut found no person'
+_LARGEST_EVIDENCE = 10.0  # log-odds that what is far from the paper's template must outweigh
 _LARGEST_ODDS = 3.0  # largest log-odds that the default prior gives, before its weight
 _LOGIT = np.log((np.arange(256) + 0.5) / (255.5 - np.arange(256))).astype(np.float32)
 
@@ -241,18 +242,15 @@ class Segmenter:
         if config.prior == 'none' or not trust or not inside.any():
             return None, None
         if config.prior == 'paper':
-            found = paper_terms(
-                prior,
-                lab[:, :, 0],
-                body,
-                self._vocabulary,
-                strongest=config.contrast + config.paper_weight,
-                **paper_parameters(config),
-            )
+            grey = lab[:, :, 0]
+            found = shape_terms(prior, grey, body, self._vocabulary, **paper_parameters(config))
             if found is None:
                 return None, None
-            odds, psi = found
-            return odds * np.float32(trust == 1), np.float32(trust) * psi
+            # What no evidence and no links, of both n-links to eight neighbours, can outweigh.
+            links = (4 + 4 / math.sqrt(2)) * (config.contrast + config.paper_weight)
+            never = np.float32(-(_LARGEST_EVIDENCE + links))
+            odds = np.where(found.far, never, np.float32(0))
+            return odds * np.float32(trust == 1), np.float32(trust) * found.psi
         # Linear in the distance, as PoseCut's (Bray, Kohli, Torr, ECCV 2006).  As steep inside:
         # limbs are thin, so that what hides a leg or where it is a phase ahead is for the
         # likelihood to say.
