@@ -54,9 +54,8 @@ def coded_bank(
     """
     Code the templates of a bank; those of the last banks are kept, and not written to.
 
-    :param levels: grey levels of the templates.
+    :param levels: parameter of the matching stage, as is ``kernel``.
     :param windows: where templates are laid.
-    :param kernel: which of :data:`KERNELS` compares them.
     :returns: the templates as they are compared, (V, P, H, W) uint8, and the kernel.
     """
     templates = quantize(bank.templates, levels)
@@ -67,10 +66,9 @@ def coded_bank(
 
 @dataclass(frozen=True)
 class _Waiting:
-    """A frame without a result: scale and shape are the likelihood's, seconds the path's."""
+    """A frame without a result; scale and shape are the likelihood's."""
 
     stamp_ns: int
-    seconds: float
     box: Box
     angle: float
     scale: float
@@ -90,8 +88,6 @@ class SequenceMatcher:
         cost = np.round(UNIT * config.scale_cost * np.abs(np.log(grid.scales))).astype(np.int16)
         self._similarities = SimilarityMaps(coded, grid.windows, cost)
         self._reach = config.scale_reach, config.shift_reach, config.shift_reach
-        self._searched = grid.everywhere.about(grid.center, self._reach)
-        self._place = grid.center
         self._row = coded.row
         self._stamp_ns = 0
         self._track_id = 0
@@ -145,12 +141,10 @@ class SequenceMatcher:
             best = searched.place(int(similarity[:, : searched.size].max(axis=0).argmax()))
             searched = searched.about(best, self._reach)
             similarity = self._similarities.compare(sampled, searched)
-        self._searched = searched
         self._path.step(similarity, seconds, searched)
-        frame = _Waiting(stamp_ns, seconds, box, angle, scale, likelihood.shape, sampled)
+        frame = _Waiting(stamp_ns, box, angle, scale, likelihood.shape, sampled)
         self._waiting.append(frame)
         leader = self._path.leader
-        self._place = leader[2:]
         self._newest = placement, azimuth, _ = self._between(leader, 0, angle)
         view = self._bank.builds[leader[0]], azimuth
         body = placement.body(small, angle)
@@ -170,11 +164,11 @@ class SequenceMatcher:
 
     def _about_path(self) -> SearchRange:
         """Return the placements about the path's: the same ones while it is well within them."""
-        last = self._searched
+        last, place = self._path.frames[-1].searched, self._path.leader[2:]
         centers = [first + count // 2 for first, count in zip(last.first, last.shape, strict=True)]
         middle = [
             center if abs(at - center) < max(far - 1, 1) else at
-            for at, center, far in zip(self._place, centers, self._reach, strict=True)
+            for at, center, far in zip(place, centers, self._reach, strict=True)
         ]
         if middle == centers:
             return last
@@ -191,12 +185,13 @@ class SequenceMatcher:
         """Make the result of the frame that waits longest, by a path that ends in the newest."""
         back = len(self._waiting) - 1
         frame = self._waiting.popleft()
-        sequence, phase, scale, row, column = states[-1 - back].tolist()
-        state = sequence, phase, scale, row, column
+        state: State = tuple(states[-1 - back].tolist())
+        sequence, phase, scale, row, column = state
         images, known = frame.sampled.images, frame.sampled.known
         bank, grid = self._bank, self._placements
-        found_at = self._between(state, back, frame.angle) if back else self._newest
-        placement, azimuth, expected = found_at
+        placement, azimuth, expected = (
+            self._between(state, back, frame.angle) if back else self._newest
+        )
         found = cv2.countNonZero(images.reshape(-1, images.shape[2])) > 0
         if not found:
             placement = Placement(0.0, 0.0, 1.0)
@@ -211,10 +206,9 @@ class SequenceMatcher:
         common = int(np.minimum(compared, values).sum(dtype=np.int64))
         union = int(values.sum(dtype=np.int64)) + int(compared.sum(dtype=np.int64)) - common
         searched = Placement(0.0, 0.0, float(grid.scales[scale])).body(frame.box, frame.angle)
-        box: Box | None
-        placed = box = Box.from_center(
-            body.center_x, body.center_y, placement.scale * frame.box.width, body.height
-        )
+        across = placement.scale * frame.box.width
+        placed = Box.from_center(body.center_x, body.center_y, across, body.height)
+        box: Box | None = placed
         if self.config.use_likely_box:
             to_source = template_to_image(searched, *grid.windows.image_shape, grid.body)
             box = likely_box(images[scale], template, part, grid.body, to_source)

@@ -47,9 +47,7 @@ def test_the_border_of_the_image_does_not_darken_what_is_just_inside(grid):
     half = 18 * 1.06 * 40 / (0.9 * 48)
     for tenth in range(-5, 10):
         box = Box.from_center(half + tenth / 10, 50, 20, 40)
-        sampled = grid.sample(
-            image, None, Box.from_center(half + tenth / 10, 50, 20, 40), 1, 0.0, slice(None)
-        )
+        sampled = grid.sample(image, None, box, 1, 0.0, slice(None))
         expected = 255 if sampled.known is None else sampled.known
         assert (sampled.images == expected).all()
 
@@ -59,9 +57,7 @@ def test_what_is_finer_than_the_templates_is_averaged(grid):
     board = np.where((rows + columns) % 2, 255, 0).astype(np.uint8)
     for size in (100.0, 150.0, 200.0):
         box = Box.from_center(200, 200, 80, size)
-        sampled = grid.sample(
-            board, None, Box.from_center(200, 200, 80, size), 1, 0.0, slice(None)
-        )
+        sampled = grid.sample(board, None, box, 1, 0.0, slice(None))
         assert np.abs(sampled.images.astype(int) - 127).max() <= 30
 
 
