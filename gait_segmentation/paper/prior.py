@@ -29,8 +29,8 @@ _SOBEL_GAIN = 8.0  # response of a 3 x 3 Sobel filter to a ramp of one level a p
 _NOISE = 1.0  # gradients of fewer levels a pixel are noise, also in the dark
 # What an edge of a wrong word is further away, in body heights (times paper_orientation).
 _WRONG_WORD = 0.03
-# How near (body heights) and how parallel an image edge must be to confirm the outline.
-_CONFIRM_REACH, _CONFIRM_ANGLE = 0.015, math.radians(30)
+_CONFIRM_REACH = 0.015  # how near, in body heights, an image edge confirms the outline
+_CONFIRM_ANGLE = math.radians(30)  # and how parallel
 
 
 class EdgePoints(NamedTuple):

@@ -41,7 +41,8 @@ STEPS = np.array([*_FORWARD, *((-row, -column) for row, column in _FORWARD)], np
 """(8, 2) int64, rows and columns to the neighbours of a pixel: four after it, and the opposite
 ones before it; the first two of four are straight."""
 
-_SURE, _NEAR_PX = 2.0, 2  # log-odds that are sure, and how far about a pixel all must be
+_SURE = 2.0  # log-odds that are
+_NEAR_PX = 2  # how far about a pixel all must be sure
 # Most that the second cut is finer than the first: 320 px for a person at the standard size.
 _FINEST = 2.5
 
@@ -201,8 +202,7 @@ def distance_links(graph: OpenGraph, psi: NDArray[np.float32], weight: float) ->
     :param psi: (h, w) float32 >= 0, what a cut costs at each pixel.
     :param weight: its weight in the energy.
     """
-    psi = np.ascontiguousarray(psi)
-    _distance(psi, graph.pixels, graph.beside, weight, graph.links)
+    _distance(np.ascontiguousarray(psi), graph.pixels, graph.beside, weight, graph.links)
 
 
 def minimum_cut(graph: OpenGraph, logit: NDArray[np.float32]) -> NDArray[np.bool_]:

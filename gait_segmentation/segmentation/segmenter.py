@@ -70,8 +70,8 @@ _LEAST_SHARE = 1e-4  # of a colour
 _KEPT = 0.9  # weight of a frame over that of the one after it
 _LIMIT = 4.0  # largest log-odds of a colour
 _FROM_LIKELIHOOD = 0.3  # weight of the likelihood in what is learnt beside that of the cut
-# Rows and columns of the map of the body, and the share of them that its height takes.
-_SIDE, _FILL = 96, 0.75
+_SIDE = 96  # rows and columns of the map of the body
+_FILL = 0.75  # share of them that its height takes
 # Share of a frame in the running mean: what is likely from now on counts after fourteen frames, in
 # which a wide thing that stays behind has moved on.
 _RATE = 0.05
@@ -85,21 +85,12 @@ class Segmenter:
 
     def __init__(self, config: SegmentationConfig | None = None) -> None:
         """Have learnt nothing; VocabularyError if the vocabulary that is named cannot be used."""
-        self._config = config or SegmentationConfig()
+        self.config = config or SegmentationConfig()
+        """In force; it may be exchanged between frames, all but the vocabulary."""
+
         # Also for other priors: the configuration may be exchanged, and a bad file is refused now.
-        self._vocabulary = vocabulary_of(self._config)
+        self._vocabulary = vocabulary_of(self.config)
         self._start_track(0)
-
-    @property
-    def config(self) -> SegmentationConfig:
-        """Return the configuration in force; it may be exchanged between frames."""
-        return self._config
-
-    @config.setter
-    def config(self, config: SegmentationConfig) -> None:
-        if config.vocabulary != self._config.vocabulary:
-            self._vocabulary = vocabulary_of(config)
-        self._config = config
 
     def _start_track(self, track_id: int) -> None:
         self._colours = LearntColours()
@@ -129,7 +120,7 @@ class Segmenter:
         """
         if match.track_id != self._track_id:
             self._start_track(match.track_id)
-        config, (height, width) = self._config, image.shape[:2]
+        config, (height, width) = self.config, image.shape[:2]
         if match.body is None:
             gone = 'the person is hidden or gone'
             return self._empty(image, match, gone if match.track_id else 'no person is tracked')
@@ -225,16 +216,16 @@ class Segmenter:
     ) -> NDArray[np.bool_]:
         """Return the cut of least energy."""
         graph = open_graph(decided(logit))
-        contrast_links(graph, lab, self._config.contrast)
+        contrast_links(graph, lab, self.config.contrast)
         if psi is not None:
-            distance_links(graph, psi, self._config.paper_weight)
+            distance_links(graph, psi, self.config.paper_weight)
         return minimum_cut(graph, logit.reshape(-1)[graph.pixels])
 
     def _prior_terms(
         self, prior: NDArray[np.uint8], lab: NDArray[np.uint8], body: BodyFrame
     ) -> tuple[NDArray[np.float32] | None, NDArray[np.float32] | None]:
         """Return log-odds and costs of a cut by the prior, (h, w), None if it says nothing."""
-        config, inside = self._config, prior > 127
+        config, inside = self.config, prior > 127
         trust = 1.0
         if config.fit_low < config.fit_high:
             trust = (self._fit - config.fit_low) / (config.fit_high - config.fit_low)
@@ -415,8 +406,8 @@ def _matrix(body: BodyFrame) -> NDArray[np.float64]:
 def keep_supported(
     labels: NDArray[np.bool_],
     support: NDArray[np.float32],
-    body: NDArray[np.bool_] | None = None,
-    height: float = 0.0,
+    body: NDArray[np.bool_] | None,
+    height: float,
 ) -> NDArray[np.bool_]:
     """
     Keep the components with more than 4 % of the largest one's support.
@@ -472,7 +463,7 @@ class PeopleSegmenter:
 
     @property
     def config(self) -> SegmentationConfig:
-        """Return the configuration in force; it may be exchanged between frames."""
+        """Return the configuration, which may be exchanged between frames, but the vocabulary."""
         return self._slots[0].config
 
     @config.setter
