@@ -31,7 +31,6 @@ transition costs below it, also a wall, still fit 16 bits.
 _WALL = -FLOOR  # cost of coming from beyond the border: whatever pays it falls to the floor
 # Score of body heights there are not: at the floor, also where the best score is negative.
 _NOWHERE = 2 * FLOOR
-_RATE_SPAN = 0.5  # seconds of path from which on its own rate is trusted
 WIDEST = math.radians(46.0)
 """Views farther apart are no neighbours, and have nothing between them."""
 _MOST_FRAMES = 64  # frames of a path, however many a second there are
@@ -206,8 +205,8 @@ class PathSearch:
             )
         self._traced = states
         seconds = np.array([frame.seconds for frame in self.frames])
-        if seconds[-1] - seconds[0] >= _RATE_SPAN:
-            # The slope of the phase over time.
+        if seconds[-1] - seconds[0] >= 0.5:
+            # The slope of the phase over time, which of less is not trusted.
             count, time = self.leading.shape[1], seconds - seconds.mean()
             strides = np.concatenate([[0], np.cumsum(np.diff(states[:, 1]) % count)]) / count
             rate = float(time @ strides / (time @ time))
@@ -262,9 +261,7 @@ def view_changes(
     bank: TemplateBank, config: MatchingConfig
 ) -> tuple[NDArray[np.int32], NDArray[np.int16]]:
     """
-    Return from which sequences each sequence can be reached in one frame.
-
-    These are the neighbouring views of the same build, and the same view of other builds.
+    Return from which other sequences each can be reached in one frame, and at what costs.
 
     :returns: (V, M) int32 sequences, -1 where there are fewer, and (V, M) int16 costs.
     """

@@ -33,7 +33,6 @@ HEIGHTS = (0.975, 1.0, 1.025)
 
 # Rows half a pixel of the views apart that are compared.  Of as many columns the best one counts.
 _ROWS = 3
-_FINE_REACH = 3  # views to either side that are compared, where a bank has finer ones
 _ERROR = math.radians(7.0)  # by how much the view a path begins with is wrong, standard deviation
 _MARGIN = 2  # samples about the grid on each side, by which it can be shifted
 # Least difference of the mean likelihoods inside and outside that tells anything.
@@ -41,9 +40,6 @@ _LEAST_CONTRAST = 0.05 * 255
 _ALL = 255
 
 _RATES = 14  # rates of the grid, the first of which is standing
-_USUAL_RATE = 0.92  # strides per second of adults, 110 steps/min
-_SPREAD = 0.2  # standard deviation of its logarithm
-_STANDING = 0.05  # share of people who stand
 _RATE_DIFFUSION = 0.1  # standard deviation by which the logarithm of the rate changes in a second
 # Share of the belief that returns to the prior in a second: people stop, or the view is wrong.
 _RENEWAL = 0.02
@@ -57,21 +53,10 @@ _UNLIKELY = 3e-3  # views and placements less likely than this are not compared
 _ANYWHERE = 0.01
 _LATER_S = 0.5  # after which frames tell nothing more of an earlier one, as synthetic walkers show
 _FLOOR = float(np.exp(-12.0))  # no frame is worth more than this
-_TOLERANCE = 0.05  # strides to either side of a phase that is called right
 
-_FRAMES = 20  # how many, at most, a line through the places of a body is drawn through
-_LONGEST_S = 0.8  # and how long ago
-# Share of the height, of the place or of the height itself, from which on a body has jumped.
-_JUMP = 0.25
 # Time in which a motion must show to be trusted, across, down and in height: seconds that stand
 # still are added.  Walkers cross the image faster than they sink or grow in it.
 _STILL = (0.04, 0.12, 0.12)
-
-# Cosine of the azimuth above which it can be seen which leg is nearer.
-_TURNED = math.cos(math.radians(60.0))
-_WAITS = (
-    0.25  # strides by which a phase may lie behind the last one and be taken for a stand-still
-)
 
 Floats = NDArray[np.float32]
 Belief = NDArray[np.float64]
@@ -103,8 +88,9 @@ class PhaseFilter:
         fastest = config.fastest_rate
         walking = np.geomspace(max(config.slowest_rate, 0.1 * fastest), fastest, _RATES - 1)
         self._rates = np.concatenate([[0.0], walking])
-        prior = np.exp(-0.5 * (np.log(walking / _USUAL_RATE) / _SPREAD) ** 2)
-        prior = np.concatenate([[_STANDING], (1 - _STANDING) * prior / prior.sum()])
+        # Adults go at 110 steps/min; one in twenty people stands.
+        prior = np.exp(-0.5 * (np.log(walking / 0.92) / 0.2) ** 2)
+        prior = np.concatenate([[0.05], (1 - 0.05) * prior / prior.sum()])
         self._prior = np.repeat(prior[:, None], phases, axis=1) / phases
         self._waves = 2 * np.pi * np.arange(phases // 2 + 1)
         # Usually 0.08; not zero where the slowest and the fastest walk are as good as one.
@@ -313,7 +299,7 @@ def phase_near(belief: Belief, phase: float) -> tuple[float, float]:
     mean += round(2 * (phase - mean)) / 2
     away = np.abs((at - mean + 0.25) % 0.5 - 0.25)
     # A bin that reaches over the tolerance counts by the share of it within.
-    share = np.clip((_TOLERANCE - away) * len(belief) + 0.5, 0.0, 1.0)
+    share = np.clip((0.05 - away) * len(belief) + 0.5, 0.0, 1.0)
     mean %= 1.0
     # What is next to nothing below 0 comes out as 1.
     return (mean if mean < 1.0 else 0.0), float(belief @ share)
@@ -342,10 +328,10 @@ class NearLeg:
         :param azimuth: direction of walking in radians, 0 to the right in the image.
         """
         across = math.cos(azimuth)
-        if self._right is None or abs(across) > _TURNED:
+        if self._right is None or abs(across) > math.cos(math.radians(60.0)):
             self._right = across > -1e-9
         phase = (phase if self._right else phase + 0.5) % 1.0
-        if self._last is not None and 0 < (self._last - phase) % 1.0 < _WAITS:
+        if self._last is not None and 0 < (self._last - phase) % 1.0 < 0.25:
             phase = self._last
         self._last = phase
         return phase
@@ -353,14 +339,14 @@ class NearLeg:
 
 class SteadyBody:
     """
-    Draws a straight line through the last places and heights of a body.
+    Draws a straight line through places and heights of a body in the last 0.8 s.
 
     A place of its own for every frame is a per cent of the height off, as much as a head rises
     and falls in a step.
     """
 
     def __init__(self) -> None:
-        self._last: deque[tuple[float, float, float, float]] = deque(maxlen=_FRAMES)
+        self._last: deque[tuple[float, float, float, float]] = deque(maxlen=20)
 
     def smooth(self, body: BodyFrame, seconds: float) -> BodyFrame:
         """Return the smoothed body of a frame, whose time is later than the last one's."""
@@ -368,10 +354,11 @@ class SteadyBody:
         if self._last:
             _, x, y, tall = self._last[-1]
             away = math.hypot(body.center_x - x, body.center_y - y)
-            if away > _JUMP * body.height or abs(size - tall) > _JUMP:
+            # It has jumped.
+            if away > 0.25 * body.height or abs(size - tall) > 0.25:
                 self._last.clear()
         self._last.append((seconds, body.center_x, body.center_y, size))
-        while seconds - self._last[0][0] > _LONGEST_S:
+        while seconds - self._last[0][0] > 0.8:
             self._last.popleft()
         # A few numbers: lists are faster than arrays.
         count = len(self._last)
@@ -410,7 +397,7 @@ class FineViews(Views):
         rings = [self.azimuths[ring] for ring in self.rings.values()]
         widest = max(np.diff(ring, append=ring[0] + 2 * math.pi).max() for ring in rings)
         count = min(map(len, rings))
-        reach = 1 if bank.finer is None else _FINE_REACH
+        reach = 1 if bank.finer is None else 3
         self.reach = 0 if widest > WIDEST else min(reach, (count - 1) // 2)
         """How many views to either side are compared."""
         self._sides = np.arange(-self.reach, self.reach + 1)
