@@ -59,6 +59,7 @@ from gait_segmentation.matching.common_areas import CommonAreas, DirectAccessTab
 from gait_segmentation.matching.events import EventKernel
 from gait_segmentation.matching.matcher import KERNELS
 from gait_segmentation.matching.placements import SearchRange, WindowGrid
+from gait_segmentation.results import TrackResult
 from gait_tools.gait_model.render import render_cycle, render_silhouette
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -304,14 +305,8 @@ def measure_update(matcher: SequenceMatcher, repeats: int) -> float:
         image[40 : 40 + drawn.shape[0], 100 : 100 + drawn.shape[1]] = drawn
         box = Box.around(image > 127)
         likelihood = np.where(rng.random(image.shape) < 0.2, 255 - image, image).astype(np.uint8)
-        stamp = 10**9 + number * 10**9 // 30
-        times.append(
-            cost(
-                partial(
-                    matcher.add_frame, likelihood, box, stamp, track_id=1, source_size=(320, 240)
-                )
-            )
-        )
+        track = TrackResult(10**9 + number * 10**9 // 30, 1, box, likelihood, 1.0)
+        times.append(cost(partial(matcher.add_frame, track, (320, 240))))
     return round(float(np.median(times[20:])), 3)
 
 

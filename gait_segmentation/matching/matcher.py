@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank, quantize
 from gait_segmentation.geometry import Box, Placement, check_matched_box, template_to_image
-from gait_segmentation.images import same_proportions
+from gait_segmentation.images import check_map, same_proportions
 from gait_segmentation.matching.common_areas import (
     UNIT,
     CommonAreas,
@@ -26,8 +26,8 @@ from gait_segmentation.matching.common_areas import (
 )
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.events import EventKernel
-from gait_segmentation.matching.path import PathSearch, State, Views
-from gait_segmentation.matching.phase import NearLeg, PhaseFinder, phase_near
+from gait_segmentation.matching.path import PathSearch, State
+from gait_segmentation.matching.phase import PhaseFilter
 from gait_segmentation.matching.placements import (
     PlacementGrid,
     Sampled,
@@ -54,9 +54,8 @@ def coded_bank(
     """
     Code the templates of a bank; those of the last banks are kept, and not written to.
 
-    :param levels: grey levels of the templates.
+    :param levels: parameter of the matching stage, as is ``kernel``.
     :param windows: where templates are laid.
-    :param kernel: which of :data:`KERNELS` compares them.
     :returns: the templates as they are compared, (V, P, H, W) uint8, and the kernel.
     """
     templates = quantize(bank.templates, levels)
@@ -65,53 +64,11 @@ def coded_bank(
     return templates, KERNELS[kernel](templates.reshape(-1, *bank.grid), windows)
 
 
-def check_frame(
-    likelihood: NDArray[np.uint8],
-    source_size: tuple[int, int],
-    box: Box | None,
-    angle: float,
-    known: NDArray[np.uint8] | None = None,
-) -> float:
-    """
-    Refuse what cannot be used; the parameters are those of :meth:`SequenceMatcher.add_frame`.
-
-    :returns: the width of the likelihood over that of the source.
-    :raises InputError: if a value cannot be used.
-    """
-    for name, array in (('likelihood', likelihood), ('known', known)):
-        if array is None:
-            continue
-        if not isinstance(array, np.ndarray) or array.ndim != 2 or array.dtype != np.uint8:
-            raise InputError(
-                f'{name} must be a (height, width) uint8 array, got shape '
-                f'{np.shape(array)} {getattr(array, "dtype", type(array).__name__)}'
-            )
-        if array.size == 0 or array.shape != likelihood.shape:
-            raise InputError(
-                f'{name} must have the size of the likelihood and at least one pixel, got '
-                f'{array.shape} and {likelihood.shape}'
-            )
-    if not math.isfinite(angle):
-        raise InputError(f'angle must be a finite number of radians, got {angle}')
-    width, height = source_size
-    if width < 1 or height < 1:
-        raise InputError(f'source size must be positive, got {width} x {height}')
-    if not same_proportions(likelihood.shape, (height, width)):
-        raise InputError(
-            f'likelihood of {likelihood.shape[1]} x {likelihood.shape[0]} pixels does not '
-            f'have the proportions of the source of {width} x {height}'
-        )
-    if box is not None:
-        check_matched_box(box, source_size)
-    return likelihood.shape[1] / width
-
-
 @dataclass(frozen=True)
 class _Waiting:
-    """A frame without a result: scale and shape are the likelihood's, seconds the path's."""
+    """A frame without a result; scale and shape are the likelihood's."""
 
     stamp_ns: int
-    seconds: float
     box: Box
     angle: float
     scale: float
@@ -131,10 +88,7 @@ class SequenceMatcher:
         cost = np.round(UNIT * config.scale_cost * np.abs(np.log(grid.scales))).astype(np.int16)
         self._similarities = SimilarityMaps(coded, grid.windows, cost)
         self._reach = config.scale_reach, config.shift_reach, config.shift_reach
-        self._searched = grid.everywhere.about(grid.center, self._reach)
-        self._place = grid.center
         self._row = coded.row
-        self._views = Views(bank)
         self._stamp_ns = 0
         self._track_id = 0
         self._start_path()
@@ -142,52 +96,40 @@ class SequenceMatcher:
     def _start_path(self) -> None:
         self._path = PathSearch(self._bank, self._row, self.config)
         self._waiting: deque[_Waiting] = deque()
-        self._phase = PhaseFinder(self._bank, self.config)
-        self._near_leg = NearLeg()
+        self._phase = PhaseFilter(self._bank, self.config)
 
     def add_frame(
         self,
-        likelihood: NDArray[np.uint8],
-        box: Box | None,
-        stamp_ns: int,
-        *,
-        track_id: int,
+        track: TrackResult,
         source_size: tuple[int, int],
         known: NDArray[np.uint8] | None = None,
-        angle: float = 0.0,
     ) -> list[MatchResult]:
         """
-        Take in a frame.
+        Take in a frame, which :class:`PeopleMatcher` has checked.
 
-        Another ``track_id``, no box, or a pause longer than the window ends the path: the results
+        Another ``track_id``, no body, or a pause longer than the window ends the path: the results
         that the lag holds back are emitted and the next frame begins a new path.
 
-        :param likelihood: (h, w) uint8, 255 = surely person, of the source's proportions.
-        :param box: tight box of the person in source pixels, not absurdly small, large or far
-            away (:func:`~gait_segmentation.geometry.check_matched_box`); None = no person.
-        :param stamp_ns: the frame's stamp in nanoseconds, later than the last one's.
-        :param track_id: who is tracked.
+        :param track: what the tracker says of the person, in a frame later than the last one.
         :param source_size: (width, height) of the source image.
         :param known: (h, w) uint8, 0 where the likelihood says nothing, as where something hides
             the person; None = known everywhere.  What is outside of the image is never known.
-        :param angle: tilt of the body's axis in radians, positive with the head to the right.
         :returns: the results that are complete now, oldest first.  With a lag of n frames the
-            first n calls of a path return nothing.  Without a box, the last one is empty.
-        :raises InputError: if a value cannot be used; the state is then as before.
+            first n calls of a path return nothing.  Without a body, the last one is empty.
         """
-        scale = check_frame(likelihood, source_size, box, angle, known)
-        check_later(stamp_ns, self._stamp_ns)
+        likelihood, box, stamp_ns = track.likelihood, track.body, track.stamp_ns
         results: list[MatchResult] = []
         pause = (stamp_ns - self._stamp_ns) / 1e9
-        if box is None or track_id != self._track_id or pause > self.config.window:
+        if box is None or track.track_id != self._track_id or pause > self.config.window:
             results = self.flush()
-        self._stamp_ns, self._track_id = stamp_ns, track_id
+        self._stamp_ns, self._track_id = stamp_ns, track.track_id
         if box is None:
-            return [*results, MatchResult.empty(stamp_ns, track_id, likelihood.shape)]
+            return [*results, MatchResult.empty(stamp_ns, track.track_id, likelihood.shape)]
         grid, begins = self._placements, not self._path.frames
         if begins:
             self._origin_ns = stamp_ns
         seconds = (stamp_ns - self._origin_ns) / 1e9
+        scale, angle = likelihood.shape[1] / source_size[0], track.angle
         small = box.scaled(scale)
         searched = grid.everywhere if begins else self._about_path()
         sampled = grid.sample(
@@ -199,12 +141,10 @@ class SequenceMatcher:
             best = searched.place(int(similarity[:, : searched.size].max(axis=0).argmax()))
             searched = searched.about(best, self._reach)
             similarity = self._similarities.compare(sampled, searched)
-        self._searched = searched
         self._path.step(similarity, seconds, searched)
-        frame = _Waiting(stamp_ns, seconds, box, angle, scale, likelihood.shape, sampled)
+        frame = _Waiting(stamp_ns, box, angle, scale, likelihood.shape, sampled)
         self._waiting.append(frame)
         leader = self._path.leader
-        self._place = leader[2:]
         self._newest = placement, azimuth, _ = self._between(leader, 0, angle)
         view = self._bank.builds[leader[0]], azimuth
         body = placement.body(small, angle)
@@ -224,11 +164,11 @@ class SequenceMatcher:
 
     def _about_path(self) -> SearchRange:
         """Return the placements about the path's: the same ones while it is well within them."""
-        last = self._searched
+        last, place = self._path.frames[-1].searched, self._path.leader[2:]
         centers = [first + count // 2 for first, count in zip(last.first, last.shape, strict=True)]
         middle = [
             center if abs(at - center) < max(far - 1, 1) else at
-            for at, center, far in zip(self._place, centers, self._reach, strict=True)
+            for at, center, far in zip(place, centers, self._reach, strict=True)
         ]
         if middle == centers:
             return last
@@ -236,28 +176,26 @@ class SequenceMatcher:
 
     def _between(self, state: State, back: int, angle: float) -> tuple[Placement, float, float]:
         """Return placement, azimuth and phase, between those searched, ``back`` frames ago."""
-        scores, beside = self._path.frames[-1 - back].scores, self._views.beside[state[0]]
-        view, phase, *place = scores.offsets(state, beside)
-        scale, row, column = (at + off for at, off in zip(state[2:], place, strict=True))
+        azimuth, offsets = self._path.beside(state, back)
+        phase, scale, row, column = (at + by for at, by in zip(state[1:], offsets, strict=True))
         placement = self._placements.placement(scale, row, column, angle)
-        azimuth = self._views.azimuth(state[0], view)
-        return placement, azimuth, (state[1] + phase) / self._bank.phases
+        return placement, azimuth, phase / self._bank.phases
 
     def _emit(self, states: NDArray[np.int64]) -> MatchResult:
         """Make the result of the frame that waits longest, by a path that ends in the newest."""
         back = len(self._waiting) - 1
         frame = self._waiting.popleft()
-        sequence, phase, scale, row, column = states[-1 - back].tolist()
-        state = sequence, phase, scale, row, column
+        state: State = tuple(states[-1 - back].tolist())
+        sequence, phase, scale, row, column = state
         images, known = frame.sampled.images, frame.sampled.known
-        bank, grid, rate = self._bank, self._placements, self._phase.clock.rate
-        found_at = self._between(state, back, frame.angle) if back else self._newest
-        placement, azimuth, expected = found_at
+        bank, grid = self._bank, self._placements
+        placement, azimuth, expected = (
+            self._between(state, back, frame.angle) if back else self._newest
+        )
         found = cv2.countNonZero(images.reshape(-1, images.shape[2])) > 0
         if not found:
             placement = Placement(0.0, 0.0, 1.0)
-        belief = self._phase.clock.belief(back)
-        share, sure = phase_near(belief, self._near_leg.expected(frame.seconds, rate, expected))
+        share, sure = self._phase.phase(back, expected, azimuth)
         body, template = placement.body(frame.box, frame.angle), bank.templates[sequence, phase]
         height, width = frame.shape
         part = grid.windows.part(row, column)
@@ -268,10 +206,9 @@ class SequenceMatcher:
         common = int(np.minimum(compared, values).sum(dtype=np.int64))
         union = int(values.sum(dtype=np.int64)) + int(compared.sum(dtype=np.int64)) - common
         searched = Placement(0.0, 0.0, float(grid.scales[scale])).body(frame.box, frame.angle)
-        box: Box | None
-        placed = box = Box.from_center(
-            body.center_x, body.center_y, placement.scale * frame.box.width, body.height
-        )
+        across = placement.scale * frame.box.width
+        placed = Box.from_center(body.center_x, body.center_y, across, body.height)
+        box: Box | None = placed
         if self.config.use_likely_box:
             to_source = template_to_image(searched, *grid.windows.image_shape, grid.body)
             box = likely_box(images[scale], template, part, grid.body, to_source)
@@ -282,8 +219,8 @@ class SequenceMatcher:
             placement=placement,
             sequence=sequence,
             phase_index=phase,
-            phase=self._near_leg.phase_of(share, azimuth, frame.seconds),
-            phase_rate=rate,
+            phase=share,
+            phase_rate=self._phase.rate,
             azimuth=azimuth,
             similarity=common / union if union else 0.0,
             confidence=sure if found else 0.0,
@@ -352,19 +289,12 @@ class PeopleMatcher:
         """
         for track in tracks:
             # Before the state of any slot is changed, and occluders are drawn.
-            check_frame(track.likelihood, source_size, track.body, track.angle)
+            _check(track, source_size)
         check_later(tracks[0].stamp_ns, self._stamp_ns)
         self._stamp_ns = tracks[0].stamp_ns
         calls = [
             partial(
-                slot.add_frame,
-                track.likelihood,
-                track.body,
-                track.stamp_ns,
-                track_id=track.track_id,
-                source_size=source_size,
-                known=self._unoccluded(track, tracks, source_size),
-                angle=track.angle,
+                slot.add_frame, track, source_size, self._unoccluded(track, tracks, source_size)
             )
             for slot, track in zip(self._slots, tracks, strict=True)
         ]
@@ -411,3 +341,20 @@ class PeopleMatcher:
                 self._last[index] = results[-1]
         complete = min(map(len, self._answers))
         return [tuple(each.popleft() for each in self._answers) for _ in range(complete)]
+
+
+def _check(track: TrackResult, source_size: tuple[int, int]) -> None:
+    """Refuse a track that cannot be matched."""
+    likelihood, (width, height) = track.likelihood, source_size
+    check_map(likelihood, 'likelihood')
+    if not math.isfinite(track.angle):
+        raise InputError(f'angle must be a finite number of radians, got {track.angle}')
+    if width < 1 or height < 1:
+        raise InputError(f'source size must be positive, got {width} x {height}')
+    if likelihood.size == 0 or not same_proportions(likelihood.shape, (height, width)):
+        raise InputError(
+            f'likelihood of {likelihood.shape[1]} x {likelihood.shape[0]} pixels does not '
+            f'have the proportions of the source of {width} x {height}'
+        )
+    if track.body is not None:
+        check_matched_box(track.body, source_size)

@@ -38,7 +38,6 @@ _ALL = 255
 _REACH = 0.12
 _LIKELY = 190  # likelihood from which on pixels are taken for the person's
 _LEAST = 0.02  # length of a row or column of them that is more than noise, in body heights
-_EVERY_HEIGHT = slice(None)
 
 Place = tuple[int, int, int]
 """Body height, row and column of a placement."""
@@ -184,14 +183,13 @@ class PlacementGrid:
         known: NDArray[np.uint8] | None,
         box: Box,
         blur: int,
-        angle: float = 0.0,
-        searched: slice = _EVERY_HEIGHT,
+        angle: float,
+        searched: slice,
     ) -> Sampled:
         """
         Resample a likelihood for all placements about a box.
 
-        :param likelihood: (h, w) uint8.
-        :param known: (h, w) uint8, 0 where the likelihood says nothing; None = known everywhere.
+        :param likelihood: and ``known`` as for :func:`resampled`.
         :param box: the box in the likelihood's pixels.
         :param blur: side of the box filter before resampling; larger where resampling shrinks,
             so that nothing aliases.

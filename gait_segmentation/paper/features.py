@@ -31,9 +31,8 @@ NEUTRAL = 0
 
 _ANGLE_BITS = 5
 _FIRST = 256 >> _ANGLE_BITS  # angles begin here, in the second bin, so that none is neutral
-# Side in pixels of the neighbourhood whose gradients have an orientation, and their mean square,
-# per pixel of distance, below which nothing is said (12 grey levels).
-_SIDE, _LEAST_GRADIENT = 5, 150.0
+_SIDE = 5  # pixels, of the neighbourhood whose gradients have an orientation
+_LEAST_GRADIENT = 150.0  # their mean square, per pixel, that says anything (12 grey levels)
 
 PERSON, SURROUNDINGS = 1, 0
 """Values of labels; any other is left out."""
@@ -41,9 +40,8 @@ PERSON, SURROUNDINGS = 1, 0
 _DELTA = 1e-3  # least share of a bin in the ratios, d
 # Added to the variances within the classes, so that few pixels do not make a perfect feature.
 _LEAST_SPREAD = 0.05
-# Features that the likelihood is made of, and mean similarity (0..1) with the first frame's below
-# which nothing is learnt of a frame.
-_CHOSEN, _DRIFT_GATE = 3, 0.6
+_CHOSEN = 3  # features that the likelihood is made of
+_DRIFT_GATE = 0.6  # mean similarity (0..1) with the first frame's, of frames that are learnt
 _STEP = 2  # step of the pixels that are used to learn and to rank
 
 

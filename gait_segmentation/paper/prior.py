@@ -26,18 +26,11 @@ from gait_segmentation.kernels import kernel
 from gait_segmentation.paper.vocabulary import Vocabulary
 
 _SOBEL_GAIN = 8.0  # response of a 3 x 3 Sobel filter to a ramp of one level a pixel
-# Canny's thresholds on a silhouette's gradient, levels a pixel.
-_SILHOUETTE_LOW, _SILHOUETTE_HIGH = 15.0, 40.0
-_IMAGE_LOW, _IMAGE_HIGH = 0.66, 1.33  # Canny's thresholds on an image over its median grey level
 _NOISE = 1.0  # gradients of fewer levels a pixel are noise, also in the dark
-# Sigma of the Gaussian over a silhouette: a share of the body's height, within limits in pixels.
-_SMOOTH_SHARE, _SMOOTH_LEAST, _SMOOTH_MOST = 0.012, 0.5, 1.5
 # What an edge of a wrong word is further away, in body heights (times paper_orientation).
 _WRONG_WORD = 0.03
-# How near (body heights) and how parallel an image edge must be to confirm the outline.
-_CONFIRM_REACH, _CONFIRM_ANGLE = 0.015, math.radians(30)
-_LARGEST_EVIDENCE = 10.0
-_LINKS = 4 + 4 / math.sqrt(2)  # sum of 1 / distance over the eight neighbours
+_CONFIRM_REACH = 0.015  # how near, in body heights, an image edge confirms the outline
+_CONFIRM_ANGLE = math.radians(30)  # and how parallel
 
 
 class EdgePoints(NamedTuple):
@@ -79,31 +72,6 @@ class ShapeTerms(NamedTuple):
     distance: NDArray[np.float32]
     far: NDArray[np.bool_]
     psi: NDArray[np.float32]
-
-
-def paper_terms(
-    prior: NDArray[np.uint8],
-    grey: NDArray[np.uint8],
-    body: BodyFrame,
-    vocabulary: Vocabulary,
-    *,
-    strongest: float,
-    **parameters: float,
-) -> tuple[NDArray[np.float32], NDArray[np.float32]] | None:
-    """
-    Return the terms of a warped template; see :func:`shape_terms` for what is not told here.
-
-    :param strongest: weights of both n-links together, which no evidence may outweigh.
-    :returns: log-odds, (h, w) float32, that are 0 or make a pixel background whatever else speaks
-        for it, and what a cut costs at each pixel, (h, w) float32 in 0..1; None if the template
-        has no outline.
-    """
-    found = shape_terms(prior, grey, body, vocabulary, **parameters)
-    if found is None:
-        return None
-    # No evidence and no cut link can outweigh it.
-    never = -(_LARGEST_EVIDENCE + _LINKS * strongest)
-    return np.where(found.far, np.float32(never), np.float32(0)), found.psi
 
 
 def shape_terms(
@@ -224,13 +192,7 @@ def words_of(vocabulary: Vocabulary, points: EdgePoints, body: BodyFrame) -> NDA
 
 
 @kernel('i8[:], i8[:], i8[::1], f4[::1], f4[:,:,::1]')
-def _stamp(
-    rows: NDArray[np.int64],
-    columns: NDArray[np.int64],
-    words: NDArray[np.int64],
-    table: NDArray[np.float32],
-    squares: NDArray[np.float32],
-) -> None:
+def _stamp(rows, columns, words, table, squares):  # type: ignore[no-untyped-def]
     """Lower squared distances to those from each point: sooner than a transform a word."""
     _, height, width = squares.shape
     reach = table.size // 2
@@ -251,8 +213,6 @@ def confirmed(points: EdgePoints, gradient: Gradient, reach: float) -> NDArray[n
     """
     Return which outline points have an image edge of their orientation near them, (n,) bool.
 
-    :param points: the template's outline, n points.
-    :param gradient: of the image, with its edges.
     :param reach: how near, in pixels.
     """
     height, width = gradient.edges.shape
@@ -290,8 +250,8 @@ def silhouette_edges(silhouette: NDArray[np.uint8], height: float) -> EdgePoints
     :param silhouette: (h, w) uint8, 255 inside, soft edge allowed.
     :param height: height of the body in pixels.
     """
-    dx, dy = _sobel(silhouette, min(max(_SMOOTH_SHARE * height, _SMOOTH_LEAST), _SMOOTH_MOST))
-    edges = _canny(dx, dy, _SILHOUETTE_LOW, _SILHOUETTE_HIGH)
+    dx, dy = _sobel(silhouette, min(max(0.012 * height, 0.5), 1.5))
+    edges = _canny(dx, dy, 15.0, 40.0)
     rows, columns = np.nonzero(edges)
     return EdgePoints(rows, columns, _orientation(dx[rows, columns], dy[rows, columns]))
 
@@ -308,7 +268,7 @@ def image_gradient(grey: NDArray[np.uint8]) -> Gradient:
     dx, dy = _sobel(grey, 1.0)
     counts = np.bincount(grey.ravel(), minlength=256)
     median = int(np.searchsorted(np.cumsum(counts), grey.size / 2)) / _SOBEL_GAIN
-    low, high = max(_IMAGE_LOW * median, _NOISE), max(_IMAGE_HIGH * median, 2 * _NOISE)
+    low, high = max(0.66 * median, _NOISE), max(1.33 * median, 2 * _NOISE)
     x, y = dx.astype(np.float32), dy.astype(np.float32)
     visible = x * x + y * y > np.float32((_SOBEL_GAIN * low) ** 2)
     return Gradient(_orientation(dx, dy), visible, _canny(dx, dy, low, high))
@@ -324,6 +284,7 @@ def _sobel(image: NDArray[np.uint8], sigma: float) -> tuple[NDArray[np.int16], N
 def _canny(
     dx: NDArray[np.int16], dy: NDArray[np.int16], low: float, high: float
 ) -> NDArray[np.bool_]:
+    """Return Canny's edges by thresholds in levels a pixel."""
     low, high = _SOBEL_GAIN * low, _SOBEL_GAIN * high
     return np.asarray(cv2.Canny(dx, dy, low, high, L2gradient=True) > 0)
 

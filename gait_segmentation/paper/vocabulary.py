@@ -86,13 +86,15 @@ class Vocabulary:
         ):
             if not 0 < value <= most or not math.isfinite(value):
                 raise VocabularyError(f'{name} must be in (0, {most:g}], got {value!r}')
-        # Whitening (K, 4, 4), lower triangular, its offset (K, 4) and logs of the factors (K,).
+
+    @functools.cached_property
+    def _density(self) -> tuple[NDArray[np.float32], ...]:
+        """Whitening (K, 4, 4), lower triangular, its offset (K, 4) and logs of the factors."""
         whitening = np.linalg.inv(np.linalg.cholesky(self.covariances))
         offset = np.einsum('kij,kj->ki', whitening, self.means)
         diagonal = np.einsum('kii->ki', whitening)
         factors = np.log(self.weights) + np.log(diagonal).sum(axis=1)
-        density = tuple(each.astype(np.float32) for each in (whitening, offset, factors))
-        object.__setattr__(self, '_density', density)
+        return tuple(each.astype(np.float32) for each in (whitening, offset, factors))
 
     @property
     def words(self) -> int:
@@ -140,7 +142,7 @@ class Vocabulary:
 
     def _log_densities(self, features: NDArray[np.float32]) -> NDArray[np.float32]:
         logs = np.empty((len(features), self.words), np.float32)
-        _fill_log_densities(features, *self._density, logs)  # type: ignore[attr-defined]
+        _fill_log_densities(features, *self._density, logs)
         return logs
 
     @classmethod
@@ -188,13 +190,7 @@ def default_vocabulary() -> Vocabulary:
 
 
 @kernel('f4[:,::1], f4[:,:,::1], f4[:,::1], f4[::1], f4[:,::1]')
-def _fill_log_densities(
-    features: NDArray[np.float32],
-    whitening: NDArray[np.float32],
-    offset: NDArray[np.float32],
-    constant: NDArray[np.float32],
-    logs: NDArray[np.float32],
-) -> None:
+def _fill_log_densities(features, whitening, offset, constant, logs):  # type: ignore[no-untyped-def]
     # Not a matrix product: BLAS would wake its threads for a fraction of a millisecond.
     for point in range(features.shape[0]):
         z = features[point]

@@ -15,6 +15,7 @@ Boykov and Kolmogorov (PAMI 2004).
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -23,6 +24,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gait_segmentation.geometry import Box
+from gait_segmentation.images import shrink
 from gait_segmentation.kernels import kernel
 
 ARCS = 8
@@ -38,7 +41,10 @@ STEPS = np.array([*_FORWARD, *((-row, -column) for row, column in _FORWARD)], np
 """(8, 2) int64, rows and columns to the neighbours of a pixel: four after it, and the opposite
 ones before it; the first two of four are straight."""
 
-_SURE, _NEAR_PX = 2.0, 2  # log-odds that are sure, and how far about a pixel all must be
+_SURE = 2.0  # log-odds that are
+_NEAR_PX = 2  # how far about a pixel all must be sure
+# Most that the second cut is finer than the first: 320 px for a person at the standard size.
+_FINEST = 2.5
 
 
 @dataclass(frozen=True)
@@ -68,9 +74,7 @@ def open_graph(fixed: NDArray[np.int8]) -> OpenGraph:
 
 
 @kernel('i1[:,::1], i4[::1], i4[:,::1]')
-def _find_open(
-    fixed: NDArray[np.int8], pixels: NDArray[np.int32], beside: NDArray[np.int32]
-) -> None:
+def _find_open(fixed, pixels, beside):  # type: ignore[no-untyped-def]
     """Fill in places and neighbours of the open pixels, see :class:`OpenGraph`."""
     count = np.int32(len(pixels))
     # By the rows of a window with a border, of what lies where.
@@ -108,12 +112,7 @@ def decided(logit: NDArray[np.float32]) -> NDArray[np.int8]:
 
 
 @kernel('u1[:,:,::1], i4[::1], i4[:,::1], i4[:,::1]')
-def _squares(
-    image: NDArray[np.uint8],
-    pixels: NDArray[np.int32],
-    beside: NDArray[np.int32],
-    links: NDArray[np.int32],
-) -> float:
+def _squares(image, pixels, beside, links):  # type: ignore[no-untyped-def]
     """Put squared contrasts into one of the two directions of each link; return their mean."""
     width = image.shape[1]
     flat = image.reshape(-1, 3)
@@ -138,9 +137,7 @@ def _squares(
 
 
 @kernel('i4[:,::1], f8, f8, i4[:,::1]')
-def _weigh(
-    beside: NDArray[np.int32], mean: float, weight: float, links: NDArray[np.int32]
-) -> None:
+def _weigh(beside, mean, weight, links):  # type: ignore[no-untyped-def]
     """Turn squared contrasts into capacities, in both directions."""
     count = len(beside) - 1
     beta = 1 / (2 * mean) if mean > 0 else 0.0
@@ -182,13 +179,7 @@ def contrast_links(
 
 
 @kernel('f4[:,::1], i4[::1], i4[:,::1], f8, i4[:,::1]')
-def _distance(
-    psi: NDArray[np.float32],
-    pixels: NDArray[np.int32],
-    beside: NDArray[np.int32],
-    weight: float,
-    links: NDArray[np.int32],
-) -> None:
+def _distance(psi, pixels, beside, weight, links):  # type: ignore[no-untyped-def]
     width = psi.shape[1]
     flat = psi.reshape(-1)
     count = len(pixels)
@@ -211,8 +202,7 @@ def distance_links(graph: OpenGraph, psi: NDArray[np.float32], weight: float) ->
     :param psi: (h, w) float32 >= 0, what a cut costs at each pixel.
     :param weight: its weight in the energy.
     """
-    psi = np.ascontiguousarray(psi)
-    _distance(psi, graph.pixels, graph.beside, weight, graph.links)
+    _distance(np.ascontiguousarray(psi), graph.pixels, graph.beside, weight, graph.links)
 
 
 def minimum_cut(graph: OpenGraph, logit: NDArray[np.float32]) -> NDArray[np.bool_]:
@@ -250,7 +240,7 @@ def minimum_cut(graph: OpenGraph, logit: NDArray[np.float32]) -> NDArray[np.bool
 
 
 @njit(nogil=True, inline='always')
-def _own_label(terminal: np.int32, weight: np.int32) -> int:
+def _own_label(terminal, weight):  # type: ignore[no-untyped-def]
     """Return the label a t-link gives whatever those of the neighbours are, 0 without one."""
     if terminal >= weight:
         return 1
@@ -258,14 +248,7 @@ def _own_label(terminal: np.int32, weight: np.int32) -> int:
 
 
 @kernel('i4[:,::1], i4[:,::1], f4[::1], i1[::1], i4[::1], i4[:,::1]')
-def _settle(
-    beside: NDArray[np.int32],
-    links: NDArray[np.int32],
-    logit: NDArray[np.float32],
-    settled: NDArray[np.int8],
-    terminal: NDArray[np.int32],
-    pairs: NDArray[np.int32],
-) -> tuple[int, int]:
+def _settle(beside, links, logit, settled, terminal, pairs):  # type: ignore[no-untyped-def]
     """Settle nodes whose t-link is worth all their links; list the nodes and pairs left."""
     count = len(logit)
     # What is fixed, and what is beyond the window, to which links are 0.
@@ -309,3 +292,68 @@ def _settle(
                     pairs[2, edges] = link
                     edges += 1
     return nodes, edges
+
+
+def finest(image: NDArray[np.uint8], shape: tuple[int, int]) -> NDArray[np.uint8]:
+    """
+    Return a window as fine as its outline is cut.
+
+    Finer than that the outline is interpolated: the nodes of the cut would grow with the square
+    of the resolution, for a fraction of a percent of the body's height.
+
+    :param image: (H, W, 3) uint8, the window at full resolution.
+    :param shape: (h, w) of the first cut of it.
+    """
+    if image.shape[0] <= _FINEST * shape[0]:
+        return image
+    return shrink(image, (math.ceil(_FINEST * shape[0]), math.ceil(_FINEST * shape[1])))
+
+
+def upsample(labels: NDArray[np.bool_], shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """Return a mask at another size, its outline interpolated."""
+    if labels.shape == shape:
+        return labels
+    values = labels.view(np.uint8) * np.uint8(255)
+    grown = cv2.resize(values, shape[::-1], interpolation=cv2.INTER_LINEAR)
+    return np.asarray(grown > 127)
+
+
+def refine(
+    image: NDArray[np.uint8],
+    labels: NDArray[np.bool_],
+    logit: NDArray[np.float32],
+    contrast: float,
+) -> NDArray[np.bool_]:
+    """
+    Cut again at the size of the image, a pixel of the first cut about its outline.
+
+    :param image: (H, W, 3) uint8, the window at full resolution, or as :func:`finest` gives it.
+    :param labels: (h, w) bool, the first cut of the same window at working size.
+    :param logit: (h, w) float32, its data term.
+    :param contrast: weight of the contrast term of the first cut.
+    :returns: (H, W) bool.
+    """
+    shape = image.shape[:2]
+    scale = labels.shape[0] / shape[0]
+    if labels.shape == shape:
+        return labels
+    refined = upsample(labels, shape)
+    reach = max(1, round(1 / scale))
+    found = Box.around(refined)
+    if found is None:
+        return refined
+    part = found.slices(shape[1], shape[0], reach + 1)
+    area = refined[part].view(np.uint8)
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
+    fixed = cv2.erode(area, kernel).view(np.int8) + cv2.dilate(area, kernel).view(np.int8)
+    fixed -= np.int8(1)
+    graph = open_graph(fixed)
+    if len(graph.pixels) == 0:
+        return refined
+    cut = np.ascontiguousarray(image[part])
+    # A working pixel's evidence is shared by 1/scale^2 pixels, a link's by 1/scale of them.
+    fine = cv2.resize(logit, shape[::-1], interpolation=cv2.INTER_LINEAR)[part]
+    data = np.float32(scale) * fine.reshape(-1)[graph.pixels]
+    contrast_links(graph, cut, contrast)
+    refined[part] = minimum_cut(graph, data)
+    return refined

@@ -14,18 +14,27 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.colour import BANDS, ColourModel, body_rows, colour_bins
 from gait_segmentation.errors import InputError
-from gait_segmentation.geometry import BodyFrame, Box, body_window, check_body
+from gait_segmentation.geometry import (
+    BodyFrame,
+    Box,
+    body_window,
+    check_body,
+    pixel_affine,
+    template_to_image,
+)
 from gait_segmentation.heat_maps import MapCalibration, says_something
 from gait_segmentation.images import (
     Window,
     check_image,
     check_map,
+    distance_from,
     same_proportions,
     shrink,
     signed_distance,
 )
-from gait_segmentation.paper.prior import paper_terms
+from gait_segmentation.paper.prior import shape_terms
 from gait_segmentation.paper.vocabulary import Vocabulary, default_vocabulary
 from gait_segmentation.people import TaskPool
 from gait_segmentation.results import MatchResult, SegmentationResult
@@ -34,11 +43,12 @@ from gait_segmentation.segmentation.graph_cut import (
     contrast_links,
     decided,
     distance_links,
+    finest,
     minimum_cut,
     open_graph,
+    refine,
+    upsample,
 )
-from gait_segmentation.segmentation.learnt import LearntColours, MeanLikelihood
-from gait_segmentation.segmentation.refinement import finest, keep_supported, refine, upsample
 
 # Pixels about a body in which it is cut out: three times what the tracker's working height asks
 # for.  A cut takes 0.6 kB for each.
@@ -51,8 +61,23 @@ _FIT_RATE = 1 / 7
 # outside: it cannot say more than 4.6 for or against the person.
 _FLOOR = 0.01
 _NOBODY = 'the cut found no person'
+_LARGEST_EVIDENCE = 10.0  # log-odds that what is far from the paper's template must outweigh
 _LARGEST_ODDS = 3.0  # largest log-odds that the default prior gives, before its weight
 _LOGIT = np.log((np.arange(256) + 0.5) / (255.5 - np.arange(256))).astype(np.float32)
+
+_BAND_SHARE = 0.6  # weight of a band and its neighbours beside the whole body
+_LEAST_SHARE = 1e-4  # of a colour
+_KEPT = 0.9  # weight of a frame over that of the one after it
+_LIMIT = 4.0  # largest log-odds of a colour
+_FROM_LIKELIHOOD = 0.3  # weight of the likelihood in what is learnt beside that of the cut
+_SIDE = 96  # rows and columns of the map of the body
+_FILL = 0.75  # share of them that its height takes
+# Share of a frame in the running mean: what is likely from now on counts after fourteen frames, in
+# which a wide thing that stays behind has moved on.
+_RATE = 0.05
+# Summed support of a part, as a share of the best one's, from which it may stay.
+_LEAST_OVERLAP = 0.04
+_APART = 0.12  # distance from the template, in body heights, beyond which nothing supports a part
 
 
 class Segmenter:
@@ -60,21 +85,12 @@ class Segmenter:
 
     def __init__(self, config: SegmentationConfig | None = None) -> None:
         """Have learnt nothing; VocabularyError if the vocabulary that is named cannot be used."""
-        self._config = config or SegmentationConfig()
+        self.config = config or SegmentationConfig()
+        """In force; it may be exchanged between frames, all but the vocabulary."""
+
         # Also for other priors: the configuration may be exchanged, and a bad file is refused now.
-        self._vocabulary = vocabulary_of(self._config)
+        self._vocabulary = vocabulary_of(self.config)
         self._start_track(0)
-
-    @property
-    def config(self) -> SegmentationConfig:
-        """Return the configuration in force; it may be exchanged between frames."""
-        return self._config
-
-    @config.setter
-    def config(self, config: SegmentationConfig) -> None:
-        if config.vocabulary != self._config.vocabulary:
-            self._vocabulary = vocabulary_of(config)
-        self._config = config
 
     def _start_track(self, track_id: int) -> None:
         self._colours = LearntColours()
@@ -104,7 +120,7 @@ class Segmenter:
         """
         if match.track_id != self._track_id:
             self._start_track(match.track_id)
-        config, (height, width) = self._config, image.shape[:2]
+        config, (height, width) = self.config, image.shape[:2]
         if match.body is None:
             gone = 'the person is hidden or gone'
             return self._empty(image, match, gone if match.track_id else 'no person is tracked')
@@ -200,16 +216,16 @@ class Segmenter:
     ) -> NDArray[np.bool_]:
         """Return the cut of least energy."""
         graph = open_graph(decided(logit))
-        contrast_links(graph, lab, self._config.contrast)
+        contrast_links(graph, lab, self.config.contrast)
         if psi is not None:
-            distance_links(graph, psi, self._config.paper_weight)
+            distance_links(graph, psi, self.config.paper_weight)
         return minimum_cut(graph, logit.reshape(-1)[graph.pixels])
 
     def _prior_terms(
         self, prior: NDArray[np.uint8], lab: NDArray[np.uint8], body: BodyFrame
     ) -> tuple[NDArray[np.float32] | None, NDArray[np.float32] | None]:
         """Return log-odds and costs of a cut by the prior, (h, w), None if it says nothing."""
-        config, inside = self._config, prior > 127
+        config, inside = self.config, prior > 127
         trust = 1.0
         if config.fit_low < config.fit_high:
             trust = (self._fit - config.fit_low) / (config.fit_high - config.fit_low)
@@ -217,18 +233,15 @@ class Segmenter:
         if config.prior == 'none' or not trust or not inside.any():
             return None, None
         if config.prior == 'paper':
-            found = paper_terms(
-                prior,
-                lab[:, :, 0],
-                body,
-                self._vocabulary,
-                strongest=config.contrast + config.paper_weight,
-                **paper_parameters(config),
-            )
+            grey = lab[:, :, 0]
+            found = shape_terms(prior, grey, body, self._vocabulary, **paper_parameters(config))
             if found is None:
                 return None, None
-            odds, psi = found
-            return odds * np.float32(trust == 1), np.float32(trust) * psi
+            # What no evidence and no links, of both n-links to eight neighbours, can outweigh.
+            links = (4 + 4 / math.sqrt(2)) * (config.contrast + config.paper_weight)
+            never = np.float32(-(_LARGEST_EVIDENCE + links))
+            odds = np.where(found.far, never, np.float32(0))
+            return odds * np.float32(trust == 1), np.float32(trust) * found.psi
         # Linear in the distance, as PoseCut's (Bray, Kohli, Torr, ECCV 2006).  As steep inside:
         # limbs are thin, so that what hides a leg or where it is a phase ahead is for the
         # likelihood to say.
@@ -305,6 +318,119 @@ def window_about(body: BodyFrame, last: Box | None, shape: tuple[int, int]) -> W
     return box.slices(shape[1], shape[0])
 
 
+class LearntColours:
+    """Running histograms of surroundings and person by height on the body, over ten frames."""
+
+    def __init__(self) -> None:
+        self._models = tuple(ColourModel(_BAND_SHARE, _LEAST_SHARE) for _ in range(2))
+        self._frames = 0
+
+    @property
+    def ready(self) -> bool:
+        """Return whether there is anything learnt."""
+        return self._frames > 0
+
+    def add_frame(
+        self,
+        lab: NDArray[np.uint8],
+        body: BodyFrame,
+        likelihood: NDArray[np.uint8],
+        labels: NDArray[np.bool_] | None = None,
+    ) -> None:
+        """
+        Update the histograms with a frame.
+
+        :param lab: (h, w, 3) uint8, the colours.
+        :param body: the body in its pixels.
+        :param likelihood: (h, w) uint8; what is about one half teaches little.
+        :param labels: (h, w) bool, the cut, which teaches more; None: there is none yet.
+        """
+        sure = likelihood * np.float32(2 / 255) - 1
+        weights = [sure**2 * (sure <= 0), sure**2 * (sure > 0)]
+        if labels is not None:
+            # Pixels that touch the person are mixtures.
+            clear = cv2.dilate(labels.view(np.uint8), np.ones((3, 3), np.uint8)) == 0
+            share = np.float32(_FROM_LIKELIHOOD)
+            weights = [
+                share * weight + (1 - share) * own
+                for weight, own in zip(weights, (clear, labels), strict=True)
+            ]
+        bins, rows = colour_bins(lab), _rows(lab, body)
+        self._frames += 1
+        rate = (1 - _KEPT) / (1 - _KEPT**self._frames)
+        for model, weight in zip(self._models, weights, strict=True):
+            model.accumulate(bins, rows, np.ascontiguousarray(weight, np.float32), rate)
+
+    def odds(self, lab: NDArray[np.uint8], body: BodyFrame) -> NDArray[np.float32]:
+        """Return log-odds, (h, w) float32, of the colours of (h, w, 3) uint8 Lab about a body."""
+        if not all(model.body_histogram().any() for model in self._models):
+            return np.zeros(lab.shape[:2], np.float32)
+        bins = colour_bins(lab)
+        bands = np.clip(_rows(lab, body) * BANDS, 0, BANDS - 1).astype(np.intp)
+        other, own = (model.table[bins, bands] for model in self._models)
+        return np.clip(np.log(own / other), -_LIMIT, _LIMIT)
+
+
+class MeanLikelihood:
+    """
+    Running mean of the likelihood in the frame of the body.
+
+    What passes by, and what was taken for the person at first and stays behind, is soon at
+    another place on the body; a bag in the hand is not.
+    """
+
+    def __init__(self) -> None:
+        self._mean = np.zeros((_SIDE, _SIDE), np.float32)
+
+    def at(self, body: BodyFrame, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+        """Return what was mostly likely until now, (h, w) bool, for a body in an image."""
+        matrix = _matrix(body)
+        return np.asarray(cv2.warpAffine(self._mean, matrix, (shape[1], shape[0])) > 0.5)
+
+    def add_frame(self, likelihood: NDArray[np.uint8], body: BodyFrame) -> None:
+        """Update the mean with a likelihood, (h, w) uint8, and the body in its pixels."""
+        flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        now = cv2.warpAffine(likelihood, _matrix(body), (_SIDE, _SIDE), flags=flags)
+        cv2.accumulateWeighted(now / np.float32(255), self._mean, _RATE)
+
+
+def _rows(lab: NDArray[np.uint8], body: BodyFrame) -> NDArray[np.float32]:
+    center = (body.center_x, body.center_y)
+    return body_rows((lab.shape[0], lab.shape[1]), (0, 0), center, body.height, body.angle)
+
+
+def _matrix(body: BodyFrame) -> NDArray[np.float64]:
+    return pixel_affine(template_to_image(body, _SIDE, _SIDE, _FILL * _SIDE))
+
+
+def keep_supported(
+    labels: NDArray[np.bool_],
+    support: NDArray[np.float32],
+    body: NDArray[np.bool_] | None,
+    height: float,
+) -> NDArray[np.bool_]:
+    """
+    Keep the components with more than 4 % of the largest one's support.
+
+    Of a part that lies mostly apart from the body nothing counts: that is a passer-by.
+
+    :param labels: (h, w) bool, the cut.
+    :param support: (h, w) float32 in 0..1, where the person is expected.
+    :param body: (h, w) bool, where the template is; None if that is not known.
+    :param height: height of the body in pixels.
+    """
+    count, parts = cv2.connectedComponents(labels.view(np.uint8), connectivity=4)
+    if count <= 2:
+        return labels
+    overlap = np.bincount(parts.ravel(), support.ravel(), count)
+    overlap[0] = 0
+    if body is not None and body.any():
+        away = distance_from(body)
+        apart = np.bincount(parts.ravel(), (away > _APART * height).ravel(), count)
+        overlap[2 * apart > np.bincount(parts.ravel(), minlength=count)] = 0
+    return np.asarray((overlap > _LEAST_OVERLAP * overlap.max())[parts])
+
+
 @dataclass(frozen=True)
 class PeopleMasks:
     """
@@ -337,7 +463,7 @@ class PeopleSegmenter:
 
     @property
     def config(self) -> SegmentationConfig:
-        """Return the configuration in force; it may be exchanged between frames."""
+        """Return the configuration, which may be exchanged between frames, but the vocabulary."""
         return self._slots[0].config
 
     @config.setter

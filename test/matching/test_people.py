@@ -72,10 +72,10 @@ def test_a_frame_that_cannot_be_used_is_skipped_in_all_slots(door, threads, monk
         # An error that nothing refuses, in the second slot.
         update = SequenceMatcher.add_frame
 
-        def failing(slot, *given, track_id, **more):
-            if track_id == 2:
+        def failing(slot, track, *more):
+            if track.track_id == 2:
                 raise RuntimeError('no proportions')
-            return update(slot, *given, track_id=track_id, **more)
+            return update(slot, track, *more)
 
         monkeypatch.setattr(SequenceMatcher, 'add_frame', failing)
     with pytest.raises(InputError if door else RuntimeError, match='proportions'):
@@ -111,16 +111,30 @@ def test_what_somebody_nearer_hides_counts_neither_way() -> None:
 
 
 @pytest.mark.parametrize(
-    'changes',
-    [{'body': Box(0, 0, 1e7, 1e7)}, {'body': Box(1e9, 0, 9, 9)}, {'angle': float('inf')}],
+    ('changes', 'size', 'words'),
+    [
+        ({'body': Box(0, 0, 1e7, 1e7)}, SIZE, 'pixels large'),
+        ({'body': Box(0, 0, 1e-6, 1e-6)}, SIZE, 'pixels large'),
+        ({'body': Box(1e9, 0, 9, 9)}, SIZE, 'pixels from the centre'),
+        ({'angle': float('inf')}, SIZE, 'angle must be a finite'),
+        ({'likelihood': np.zeros((240, 320))}, SIZE, 'uint8'),
+        ({'likelihood': np.zeros((240, 320, 3), np.uint8)}, SIZE, 'height, width'),
+        ({'likelihood': np.zeros((0, 320), np.uint8)}, SIZE, 'proportions'),
+        ({'likelihood': np.zeros((0, 0), np.uint8)}, (1, 1), 'proportions'),
+        ({'stamp_ns': 0}, SIZE, 'positive'),
+        ({'stamp_ns': 1}, SIZE, 'must increase'),
+        ({}, (0, 240), 'source size must be positive'),
+    ],
     ids=str,
 )
-def test_a_track_that_makes_no_sense_changes_nothing(changes) -> None:
+def test_a_track_that_makes_no_sense_changes_nothing(changes, size, words) -> None:
     plain, asked = people(lag=1), people(lag=1)
-    for index in range(4):
+    for each in (plain, asked):
+        each.update(tracks(0, True, True), source_size=SIZE)
+    for index in range(1, 4):
         one, two = tracks(index, True, True)
-        with pytest.raises(InputError, match=r'box must be|angle must be'):
-            asked.update([one, replace(two, **changes)], source_size=SIZE)
+        with pytest.raises(InputError, match=words):
+            asked.update([replace(one, **changes), two], source_size=size)
         found = asked.update([one, two], source_size=SIZE)
         expected = plain.update([one, two], source_size=SIZE)
         assert [[each.body for each in frame] for frame in found] == [

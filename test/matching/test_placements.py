@@ -34,7 +34,7 @@ def test_windows_show_what_stands_at_their_placement(grid, size, angle):
     for index in ((1, 1, 2), (0, 0, 0), (2, 2, 3)):
         body = grid.placement(*index, angle).body(box, angle)
         image = warp_template(template, body, 0.9, (500, 500))
-        sampled = grid.sample(image, None, box, 1, angle)
+        sampled = grid.sample(image, None, box, 1, angle, slice(None))
         assert sampled.known is None
         window = windows_of(sampled.images, grid.windows)[index]
         common = np.minimum(window, template).sum(dtype=float)
@@ -46,7 +46,8 @@ def test_the_border_of_the_image_does_not_darken_what_is_just_inside(grid):
     # Half of what the largest body height takes of a box 40 high, in its own 18 columns.
     half = 18 * 1.06 * 40 / (0.9 * 48)
     for tenth in range(-5, 10):
-        sampled = grid.sample(image, None, Box.from_center(half + tenth / 10, 50, 20, 40), 1)
+        box = Box.from_center(half + tenth / 10, 50, 20, 40)
+        sampled = grid.sample(image, None, box, 1, 0.0, slice(None))
         expected = 255 if sampled.known is None else sampled.known
         assert (sampled.images == expected).all()
 
@@ -55,7 +56,8 @@ def test_what_is_finer_than_the_templates_is_averaged(grid):
     rows, columns = np.mgrid[:400, :400]
     board = np.where((rows + columns) % 2, 255, 0).astype(np.uint8)
     for size in (100.0, 150.0, 200.0):
-        sampled = grid.sample(board, None, Box.from_center(200, 200, 80, size), 1)
+        box = Box.from_center(200, 200, 80, size)
+        sampled = grid.sample(board, None, box, 1, 0.0, slice(None))
         assert np.abs(sampled.images.astype(int) - 127).max() <= 30
 
 

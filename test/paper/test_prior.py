@@ -13,7 +13,7 @@ from gait_segmentation.paper.prior import (
     confirmed,
     image_gradient,
     oriented_distance,
-    paper_terms,
+    shape_terms,
     silhouette_edges,
 )
 from gait_segmentation.paper.vocabulary import default_vocabulary
@@ -46,8 +46,10 @@ def clutter() -> np.ndarray:
 
 def terms(prior: np.ndarray, grey: np.ndarray, **changes: float) -> Any:
     usual = {'reach': 0.12, 'depth': 0.04, 'orientation': 1.0, 'search': 0.01}
-    usual |= {'unconfirmed': 0.8, 'strongest': 4.0}
-    return paper_terms(prior, grey, BODY, default_vocabulary(), **(usual | changes))
+    found = shape_terms(
+        prior, grey, BODY, default_vocabulary(), **(usual | {'unconfirmed': 0.8} | changes)
+    )
+    return found and (found.far, found.psi)
 
 
 def plain_distance(points: EdgePoints) -> np.ndarray:
@@ -92,13 +94,12 @@ def test_an_orientation_has_no_direction() -> None:
 
 def test_psi_is_saturated_and_far_pixels_are_background() -> None:
     prior = template()
-    logit, psi = terms(prior, np.full(SHAPE, 90, np.uint8), reach=0.1)
+    far, psi = terms(prior, np.full(SHAPE, 90, np.uint8), reach=0.1)
     assert (psi.min(), psi.max()) == (0, 1)
     away = plain_distance(silhouette_edges(prior, HEIGHT))
     outside = prior <= 127
-    np.testing.assert_array_equal(logit < 0, outside & (away > 10))
     # Inside nothing is forced, however far from the outline.
-    assert (logit[~outside] == 0).all()
+    np.testing.assert_array_equal(far, outside & (away > 10))
 
 
 def test_inside_psi_rises_as_fast_as_limbs_are_thin() -> None:

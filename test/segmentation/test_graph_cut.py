@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Iterator
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -17,6 +18,8 @@ from gait_segmentation.segmentation.graph_cut import (
     mean_contrast,
     minimum_cut,
     open_graph,
+    refine,
+    upsample,
 )
 
 # Links are images: (4, h, w), those of a pixel to the four after it.
@@ -130,3 +133,42 @@ def test_the_shape_term_is_the_mean_of_both_ends() -> None:
     assert links[1, 0, 0] == int(2 * CAPACITY * 0.25)
     assert links[2, 0, 0] == 0
     assert links[3, 0, 1] == int(2 * CAPACITY * 0.75 / np.sqrt(2))
+
+
+def test_the_outline_moves_to_the_edge_of_the_image() -> None:
+    rng = np.random.default_rng(0)
+    cv2.ellipse(image := np.zeros((120, 90), np.uint8), (45, 60), (25, 45), 0, 0, 360, 1, -1)
+    true = image > 0
+    picture = np.where(true[:, :, None], (60, 60, 200), (160, 160, 90)).astype(np.int16)
+    picture = np.clip(picture + rng.normal(0, 4, picture.shape), 0, 255).astype(np.uint8)
+    coarse = cv2.resize(image, (30, 40), interpolation=cv2.INTER_AREA) > 0
+    logit = np.where(coarse, 1.0, -1.0).astype(np.float32) * 0.2
+    plain = upsample(coarse, true.shape)
+    fine = refine(picture, coarse, logit, 2.0)
+    assert (fine != true).sum() < 0.5 * (plain != true).sum()
+
+
+def test_the_data_term_is_interpolated_where_the_outline_is() -> None:
+    # Without contrast every open pixel follows its own evidence.
+    labels = np.zeros((20, 30), np.bool_)
+    labels[5:15, 8:20] = True
+    logit = np.random.default_rng(3).normal(0, 1, (20, 30)).astype(np.float32)
+    shape = (47, 68)
+    fine = cv2.resize(logit, shape[::-1], interpolation=cv2.INTER_LINEAR)
+    found = refine(np.zeros((*shape, 3), np.uint8), labels, logit, 0.0)
+    first = upsample(labels, shape)
+    moved = found != first
+    assert moved.any()
+    assert ((fine > -0.01) | ~found)[moved].all()
+    assert ((fine < 0.01) | found)[moved].all()
+
+
+def test_corners_are_as_round_at_any_resolution() -> None:
+    """A working pixel's evidence is shared by the pixels that it becomes."""
+    labels = np.zeros((20, 30), np.bool_)
+    labels[5:15, 8:20] = True
+    logit = np.where(labels, 1.0, -1.0).astype(np.float32)
+    for factor in (2, 3, 4, 5):
+        flat = np.zeros((20 * factor, 30 * factor, 3), np.uint8)
+        area = refine(flat, labels, logit, 2.0).sum() / factor**2
+        assert 100 < area < 106

@@ -11,7 +11,12 @@ from gait_segmentation.geometry import BodyFrame, Placement
 from gait_segmentation.paper.vocabulary import VocabularyError
 from gait_segmentation.results import MatchResult
 from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
-from gait_segmentation.segmentation.segmenter import Segmenter
+from gait_segmentation.segmentation.segmenter import (
+    LearntColours,
+    MeanLikelihood,
+    Segmenter,
+    keep_supported,
+)
 from test.state import differences, remembered
 
 SHAPE = (160, 120)
@@ -264,3 +269,105 @@ def test_what_is_taken_draws_nothing_to_it() -> None:
     assert alone[80, 58]
     assert not beside[80, 58:].any()
     assert beside[80, 35]
+
+
+# What is learnt from frame to frame.
+SMALL = BodyFrame(30.0, 40.0, 60.0, 0.0)
+PERSON, GROUND = (60, 150, 110), (180, 120, 140)
+
+
+def scene(x: int, width: int = 15) -> np.ndarray:
+    image = np.zeros((120, 160), np.uint8)
+    image[60:80, x : x + width] = 255
+    return image
+
+
+def test_what_moves_with_the_body_is_likely_after_some_frames() -> None:
+    mean = MeanLikelihood()
+    for n in range(24):
+        body = BodyFrame(40 + 2 * n, 60, 80 + n / 2)
+        there = mean.at(body, (120, 160))
+        assert n > 10 or not there.any()
+        mean.add_frame(scene(60 + 2 * n), body)
+    rows, columns = np.nonzero(mean.at(BodyFrame(88, 60, 92), (120, 160)))
+    assert 55 < rows.mean() < 85
+    assert 105 < columns.mean() < 130
+    assert 100 < len(rows) < 350
+
+
+def coloured() -> tuple[np.ndarray, np.ndarray]:
+    """Return (80, 60, 3) Lab colours and the (80, 60) bool person in them."""
+    person = np.zeros((80, 60), bool)
+    person[10:70, 20:40] = True
+    return np.where(person[:, :, None], PERSON, GROUND).astype(np.uint8), person
+
+
+def held(person: np.ndarray) -> np.ndarray:
+    """Return a likelihood that lies 4 pixels to the right and has a hole."""
+    likelihood = np.where(np.roll(person, 4, 1), 230, 25).astype(np.uint8)
+    likelihood[30:40, 20:44] = 25
+    return likelihood
+
+
+def test_colours_are_better_than_the_likelihood_they_come_from() -> None:
+    lab, person = coloured()
+    colours = LearntColours()
+    colours.add_frame(lab, SMALL, held(person))
+    odds = colours.odds(lab, SMALL)
+    assert colours.ready
+    assert ((odds > 0) == person).mean() > ((held(person) > 127) == person).mean()
+    assert (odds[15:25, 22:38] > 0).all()
+    assert (odds[:, :10] < 0).all()
+
+
+def test_a_colour_counts_most_at_the_height_at_which_it_was_seen() -> None:
+    # The ground has the colour of the coat, but only at the feet.
+    lab, person = coloured()
+    lab[50:][~person[50:]] = PERSON
+    lab[50:][person[50:]] = (20, 128, 128)
+    colours = LearntColours()
+    colours.add_frame(lab, SMALL, np.where(person, 255, 0).astype(np.uint8))
+    odds = colours.odds(np.full_like(lab, PERSON), SMALL)
+    assert (odds[15:30] > 1).all()
+    assert (odds[60:68] < -0.7).all()
+
+
+def test_after_two_frames_each_counts_about_half_and_old_colours_are_forgotten() -> None:
+    lab, person = coloured()
+    colours = LearntColours()
+    swapped = np.where(person[:, :, None], GROUND, PERSON).astype(np.uint8)
+    for number, seen in enumerate([lab] + [swapped] * 200):
+        colours.add_frame(seen, SMALL, np.where(person, 255, 0).astype(np.uint8), person)
+        assert number != 1 or np.abs(colours.odds(lab, SMALL)).max() < 0.3
+    assert ((colours.odds(lab, SMALL) < 0) == person).all()
+
+
+def test_pixels_that_touch_the_person_teach_nothing_of_the_surroundings() -> None:
+    lab, person = coloured()
+    rim, mixed = cv2.dilate(person.view(np.uint8), np.ones((3, 3))) > 0, (120, 128, 128)
+    lab[rim & ~person] = mixed
+    colours = LearntColours()
+    colours.add_frame(lab, SMALL, np.where(rim, 128, 0).astype(np.uint8), person)
+    assert np.abs(colours.odds(np.full_like(lab, mixed), SMALL)).max() < 0.5
+
+
+def test_what_is_apart_from_the_body_goes() -> None:
+    body, labels = np.zeros((60, 80), np.bool_), np.zeros((60, 80), np.bool_)
+    body[5:52, 10:25] = True
+    labels[5:45, 10:25] = True
+    labels[48:51, 12:17] = True  # a shoe
+    labels[5:55, 40:70] = True  # a car
+    labels[5:35, 26:32] = True  # a bag, of which a third is apart
+    evidence = np.ones(labels.shape, np.float32)
+    kept = keep_supported(labels, evidence, body, 47.0)
+    assert not kept[:, 40:].any()
+    assert kept[20, 28]
+    assert kept[20, 14]
+    assert not kept[49, 14]
+    labels[48:54, 10:20] = True
+    assert keep_supported(labels, evidence, body, 47.0)[49, 14]
+    # From column 30 on it is more than 12 % of 47 pixels away.
+    for end in (33, 48):
+        labels[:], labels[5:45, 10:25], labels[10:40, 26:end] = False, True, True
+        kept = keep_supported(labels, evidence, body, 47.0)
+        assert kept[20, 27:30].all() == (end == 33)

@@ -183,14 +183,7 @@ def phases_of(shots: ListLike[Shot], bank: TemplateBank, config: MatchingConfig)
     for shot in shots:
         track, shape = shot.track, shot.given.image.shape
         matcher.flush()
-        (match,) = matcher.add_frame(
-            track.likelihood,
-            track.body,
-            track.stamp_ns,
-            track_id=track.track_id,
-            source_size=(shape[1], shape[0]),
-            angle=track.angle,
-        )
+        (match,) = matcher.add_frame(track, (shape[1], shape[0]))
         alone.append(replace(shot, match=match).phase(bank.phases))
     return Phases(
         np.array([shot.given.number for shot in shots]),
