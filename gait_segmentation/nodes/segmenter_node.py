@@ -16,7 +16,7 @@ from gait_segmentation.inputs.encodings import claimed_shape, read_image, read_m
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pictures import segmentation_picture
 from gait_segmentation.ros.lifecycle import GaitNode
-from gait_segmentation.ros.outputs import Outputs, mask_topics, picture_topics
+from gait_segmentation.ros.messages import Outputs, mask_topics, picture_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
 from gait_segmentation.streams.config import CameraConfig, SegmenterNodeConfig

@@ -13,7 +13,8 @@ from sensor_msgs.msg import Image
 
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.nodes.camera_node import CameraNode
-from gait_segmentation.ros.outputs import Outputs, track_topics
+from gait_segmentation.ros.frames import ExactJoin
+from gait_segmentation.ros.messages import Outputs, track_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.streams.fields import (
@@ -24,7 +25,6 @@ from gait_segmentation.streams.fields import (
     slot_topics,
     stamp_of,
 )
-from gait_segmentation.streams.frames import ExactJoin
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 
 _FEEDBACK = dict(zip(FEEDBACK, (Image, Image, PolygonInstanceStamped), strict=True))

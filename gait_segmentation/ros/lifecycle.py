@@ -22,10 +22,13 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.publisher import Publisher
 from rclpy.qos import (
     DurabilityPolicy,
+    QoSPolicyKind,
     QoSProfile,
+    ReliabilityPolicy,
     qos_policy_name_from_kind,
     qos_profile_parameters,
 )
+from rclpy.qos_overriding_options import QoSOverridingOptions
 from sensor_msgs.msg import CompressedImage, Image
 from std_srvs.srv import SetBool, Trigger
 
@@ -34,8 +37,8 @@ from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.kernels import compile_kernels, compiling
 from gait_segmentation.people import PeopleConfig
-from gait_segmentation.ros.diagnostics import Diagnostics
-from gait_segmentation.ros.endpoints import BEST_EFFORT, BETWEEN_NODES, OVERRIDABLE
+from gait_segmentation.ros.diagnostics import Diagnostics, Statistics, Warnings
+from gait_segmentation.ros.frames import ExactJoin, Worker
 from gait_segmentation.ros.parameters import NodeParameters
 from gait_segmentation.stamps import Order, Stamps
 from gait_segmentation.streams.config import (
@@ -45,8 +48,20 @@ from gait_segmentation.streams.config import (
     SegmenterNodeConfig,
 )
 from gait_segmentation.streams.fields import DEPTH, Parts, slot_topics, stamp_of
-from gait_segmentation.streams.frames import ExactJoin, Worker
-from gait_segmentation.streams.health import Statistics, Warnings
+
+BETWEEN_NODES = QoSProfile(depth=DEPTH)
+"""Reliable: of all that the nodes publish, and of what they receive from each other."""
+
+BEST_EFFORT = QoSProfile(depth=DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
+"""Of subscriptions that take what others publish, however they do it."""
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""Of what is published once and must reach those who come later."""
+
+OVERRIDABLE = QoSOverridingOptions(
+    (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY)
+)
+"""What parameters of the kind ``qos_overrides`` may change."""
 
 _DRAIN_S = 5.0
 _SUCCESS = TransitionCallbackReturn.SUCCESS

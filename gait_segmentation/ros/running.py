@@ -26,7 +26,6 @@ import yaml
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.utilities import remove_ros_args
 
-from gait_segmentation.ros.endpoints import said_by
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.streams.config import CameraConfig, unused
 
@@ -88,7 +87,9 @@ def run_node(make: type[GaitNode], arguments: list[str] | None = None) -> int:
         if rclpy.ok() or code == 2:
             if node is not None:
                 raise
-            print(f'{make.name}: error: {said_by(error)}', file=sys.stderr)
+            # rclpy puts the name below, and points to a place in it.
+            reason = str(error).partition('\n')[0].rstrip(':')
+            print(f'{make.name}: error: {reason}', file=sys.stderr)
             return code
     finally:
         faulthandler.dump_traceback_later(_LONGEST_S, exit=True, file=2)

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
@@ -14,11 +16,12 @@ from diagnostic_msgs.msg import DiagnosticStatus
 
 from gait_segmentation.ros.diagnostics import (
     Diagnostics,
+    Statistics,
+    Warnings,
     missing_input,
     no_images,
     published_twice,
 )
-from gait_segmentation.streams.health import Statistics
 
 TIME = Time(sec=10)
 
@@ -231,3 +234,65 @@ def test_every_count_is_told_under_its_name() -> None:
         setattr(statistics, name, count)
     values = told(statistics)[1]
     assert [values[name] for name in names] == list('12345')
+
+
+def test_the_rate_is_that_of_the_last_seconds() -> None:
+    statistics = Statistics()
+    for index in range(31):
+        statistics.arrived(100 + index / 30, index)
+    assert statistics.rates_hz(101.0)[0] == pytest.approx(30)
+    assert statistics.rates_hz(107.0)[0] == 0
+    assert (statistics.received, statistics.last_stamp_ns) == (31, 30)
+
+
+def test_latencies_are_median_and_95th_percentile() -> None:
+    statistics = Statistics()
+    for value in range(101):
+        statistics.finished(value / 1000)
+    assert statistics.latency_ms() == (pytest.approx(50), pytest.approx(95))
+    assert statistics.processed == 101
+
+
+def test_losses_are_told_once_and_silence_is_measured() -> None:
+    statistics = Statistics()
+    assert math.isnan(statistics.quiet_s(5.0))
+    statistics.expect(1.0)
+    assert statistics.quiet_s(5.0) == 4.0
+    statistics.arrived(2.0, 1)
+    assert statistics.quiet_s(5.0) == 3.0
+    statistics.expect(4.0)
+    assert statistics.quiet_s(5.0) == 1.0
+    statistics.dropped, statistics.stale = 2, 3
+    statistics.failed = 4
+    assert [statistics.losses(), statistics.losses()] == [(5, 4), (0, 0)]
+    for index in range(5):
+        statistics.finished(0.01, 3.0 + 0.1 * index)
+    assert statistics.rates_hz(4.0)[1] == pytest.approx(10)
+    assert statistics.rates_hz(40.0)[1] == 0
+
+
+class Log:
+    """Warnings at given times, and what was logged."""
+
+    def __init__(self, times: Iterable[float]) -> None:
+        self.said: list[str] = []
+        clock = iter(times)
+        self.warnings = Warnings(self.said.append, lambda: next(clock))
+
+
+def test_warnings_of_one_key_are_at_least_10_seconds_apart() -> None:
+    log = Log((0.1, 1.0, 2.0, 10.0, 10.2, 20.1, 20.3))
+    texts = [('a', 'first'), ('b', 'other'), *(('a', text) for text in ('2', '3', '4', '5', '6'))]
+    for each in texts:
+        log.warnings.warn(*each)
+    assert log.said == ['first', 'other', '4', '6']
+    assert log.warnings.keys == {'a', 'b'}
+
+
+def test_a_line_of_the_log_is_short_whatever_names_are_in_it() -> None:
+    log = Log((0.0,))
+    log.warnings.warn('names', f'got {["x" * 50_000]}')
+    (said,) = log.said
+    assert len(said) < 500
+    assert said.startswith('got [')
+    assert said.endswith('(50008 characters)')

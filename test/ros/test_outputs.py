@@ -14,7 +14,7 @@ from std_msgs.msg import Header
 
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
-from gait_segmentation.ros.outputs import (
+from gait_segmentation.ros.messages import (
     Outputs,
     mask_topics,
     match_topics,

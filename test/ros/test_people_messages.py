@@ -18,6 +18,7 @@ from std_msgs.msg import Header
 from gait_segmentation.drawing import track_colour
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.localization import Location
+from gait_segmentation.nodes.camera_node import read_detections
 from gait_segmentation.results import MatchResult, TrackResult
 from gait_segmentation.ros.messages import (
     Person,
@@ -29,7 +30,6 @@ from gait_segmentation.ros.messages import (
     tracks_message,
 )
 from gait_segmentation.streams.config import StartConfig
-from gait_segmentation.streams.intake import read_detections
 
 DEFINITIONS = {
     'Point2D': 'float64 x\nfloat64 y',

@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from gait_segmentation.streams.frames import ExactJoin, Worker
+from gait_segmentation.ros.frames import ExactJoin, Worker
 
 STAGES = {'camera': 'a', 'tracker': 'b', 'matcher': 'cd'}
 
