@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,6 @@ _PATIENCE_S = 10.0
 
 _RAW, _COMPRESSED = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage'
 _SUFFIX = '/compressed'
-
 
 _WINDOW = 150
 """Frames that rates and latencies are taken over."""
@@ -150,8 +149,7 @@ class Diagnostics:
         """Describe how the node is doing, at a steady time, and what it misses if it is stale."""
         node, statistics = self._node, self._node.statistics
         name, details = node.get_fully_qualified_name().strip('/'), node.status()
-        median, high = statistics.latency_ms()
-        frames, outputs = statistics.rates_hz(now_s)
+        (median, high), (frames, outputs) = statistics.latency_ms(), statistics.rates_hz(now_s)
         age_s = (now.sec * 10**9 + now.nanosec - statistics.last_stamp_ns) / 1e9
         dated = statistics.last_stamp_ns > 0 and (now.sec, now.nanosec) > (0, 0) and age_s >= 0
         counts = ('received', 'processed', 'dropped', 'stale', 'failed')
@@ -169,13 +167,9 @@ class Diagnostics:
         for output in node.outputs:
             values[f'subscribers of {output.topic_name}'] = str(output.get_subscription_count())
         level, text = self._judged(values['state'], now_s, missing)
-        status = DiagnosticStatus(
-            level=level,
-            name=name,
-            message=text,
-            hardware_id=details.get('camera', name),
-            values=[KeyValue(key=key, value=value) for key, value in values.items()],
-        )
+        status = DiagnosticStatus(level=level, name=name, message=text)
+        status.hardware_id = details.get('camera', name)
+        status.values = [KeyValue(key=key, value=value) for key, value in values.items()]
         message = DiagnosticArray(status=[status])
         message.header.stamp = now
         return message
@@ -258,10 +252,9 @@ def missing_input(node: Any) -> str:
         # To count publishers does not remap.
         names = map(node.resolve_topic_name, topics)
         if absent := [name for name in names if not node.count_publishers(name)]:
-            return (
-                f'nothing to do: no node publishes {_listed(absent)}; is {by} running and active?'
-            )
-    waits_for = '' if node.join is None else node.join.waits_for
+            names = ', '.join(sorted(absent))
+            return f'nothing to do: no node publishes {names}; is {by} running and active?'
+    waits_for = node.join and node.join.waits_for
     silent = waits_for or ('camera' if sees else next(iter(node.topics)))
     if silent == 'camera':
         return no_images(node, node.camera_topic)
@@ -275,26 +268,23 @@ def no_images(node: Node, topic: str) -> str:
     name = node.resolve_topic_name(topic)
     compressed = topic.endswith(_SUFFIX)
     wanted, other = (_COMPRESSED, _RAW) if compressed else (_RAW, _COMPRESSED)
-    kinds = {each.topic_type for each in node.get_publishers_info_by_topic(name)}
+    kinds = sorted({each.topic_type for each in node.get_publishers_info_by_topic(name)})
     if wanted in kinds:
         return f'no images: {name} has a publisher, but nothing comes from it'
     if kinds:
-        return f'no images: what is published on {name} is {_listed(kinds)}, not {wanted}'
+        return f'no images: what is published on {name} is {", ".join(kinds)}, not {wanted}'
     sibling = name.removesuffix(_SUFFIX) if compressed else name + _SUFFIX
     if _from_cameras(node, sibling, other):
         way = 'raw' if compressed else 'compressed'
         return (
             f'no images: no node publishes {name}, but {sibling} is: set image_transport to {way}'
         )
-    found = [
-        each
-        for each, types in node.get_topic_names_and_types()
-        if wanted in types and _from_cameras(node, each, wanted)
-    ]
+    topics = sorted(each for each, _ in node.get_topic_names_and_types())
+    found = ', '.join(each for each in topics if _from_cameras(node, each, wanted))
     text = f'no images: no node publishes {name}'
     if not found:
         return f'{text}; start the camera, or remap image to its topic'
-    return f'{text}, but there are images on {_listed(found)}: remap image (image:=TOPIC)'
+    return f'{text}, but there are images on {found}: remap image (image:=TOPIC)'
 
 
 def _from_cameras(node: Node, name: str, kind: str) -> bool:
@@ -303,7 +293,3 @@ def _from_cameras(node: Node, name: str, kind: str) -> bool:
         each.topic_type == kind and each.node_name not in NODES
         for each in node.get_publishers_info_by_topic(name)
     )
-
-
-def _listed(names: Iterable[str]) -> str:
-    return ', '.join(sorted(names))

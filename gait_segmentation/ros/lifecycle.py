@@ -214,14 +214,11 @@ class GaitNode(LifecycleNode):
 
     def output(self, kind: Any, topic: str, profile: QoSProfile = BETWEEN_NODES) -> Any:
         """Make a publisher that lives until the clean-up."""
-        made = self.create_publisher(
-            kind,
-            topic,
-            copy(profile),  # Overrides are written into it.
-            # Every event that could be reported costs the executor time in every round.
-            event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
-            qos_overriding_options=OVERRIDABLE,
-        )
+        # Every event that could be reported costs the executor time in every round.
+        events = PublisherEventCallbacks(use_default_callbacks=False)
+        options = {'event_callbacks': events, 'qos_overriding_options': OVERRIDABLE}
+        # Overrides are written into the profile.
+        made = self.create_publisher(kind, topic, copy(profile), **options)
         self.outputs.append(made)
         return made
 
@@ -251,19 +248,14 @@ class GaitNode(LifecycleNode):
                 'reliability to reliable, or image_transport to compressed',
             )
 
-        made = self.create_subscription(
-            kind,
-            topic,
-            received,
-            copy(profile),
-            event_callbacks=SubscriptionEventCallbacks(
-                incompatible_qos=incompatible,
-                # Of frames, which are counted.
-                message_lost=lost if topic == self.camera_topic else None,
-                use_default_callbacks=False,
-            ),
-            qos_overriding_options=OVERRIDABLE,
+        events = SubscriptionEventCallbacks(
+            incompatible_qos=incompatible,
+            # Of frames, which are counted.
+            message_lost=lost if topic == self.camera_topic else None,
+            use_default_callbacks=False,
         )
+        options = {'event_callbacks': events, 'qos_overriding_options': OVERRIDABLE}
+        made = self.create_subscription(kind, topic, received, copy(profile), **options)
         self.inputs.append(lambda: self.destroy_subscription(made))
 
     def enter(self, stamp_ns: int) -> bool:
@@ -293,10 +285,9 @@ class GaitNode(LifecycleNode):
 
     def start(self) -> bool:
         """Configure and activate if the node starts itself; return whether that went well."""
+        steps = self.trigger_configure, self.trigger_activate
         autostart = self.parameters.get(NodeConfig).autostart
-        return not autostart or (
-            self.trigger_configure() == _SUCCESS and self.trigger_activate() == _SUCCESS
-        )
+        return not autostart or all(step() == _SUCCESS for step in steps)
 
     def close(self) -> None:
         """Stop the worker and let go of everything."""
@@ -329,10 +320,10 @@ class GaitNode(LifecycleNode):
     def _join_anew(self) -> None:
         # Images alone are complete as they are.
         if self.topics:
-            stages = {**({'camera': ['image']} if self.has(CameraConfig) else {}), **self.topics}
+            camera = {'camera': ['image']} if self.has(CameraConfig) else {}
             keeps = self.has(SegmenterNodeConfig)
             room = self.parameters.get(SegmenterNodeConfig).keep_images if keeps else DEPTH
-            self.join = ExactJoin(stages, room)
+            self.join = ExactJoin(camera | self.topics, room)
 
     def _disconnect(self) -> None:
         while self.inputs:
@@ -406,14 +397,13 @@ class GaitNode(LifecycleNode):
         self.statistics.finished(now_s - arrived_s, now_s)
 
     def _enable(self, request: SetBool.Request, _: SetBool.Response) -> SetBool.Response:
-        if bool(request.data) != self.enabled:
-            self.enabled = bool(request.data)
-            if self.enabled:
-                self.statistics.expect(time.monotonic())
-            else:
-                # What waits for its other parts waits in vain.
-                self._join_anew()
-                self.later(self.reset, 'reset')
+        if request.data and not self.enabled:
+            self.statistics.expect(time.monotonic())
+        elif self.enabled and not request.data:
+            # What waits for its other parts waits in vain.
+            self._join_anew()
+            self.later(self.reset, 'reset')
+        self.enabled = bool(request.data)
         said = 'enabled' if self.enabled else 'disabled: frames are ignored'
         return SetBool.Response(success=True, message=said)
 

@@ -72,6 +72,7 @@ class NodeParameters:
         :raises ConfigError: if a value is not allowed.
         """
         self._node = node
+        self._configs: dict[type[StageConfig], StageConfig] = {}
         self._groups = tuple(groups)
         self._changed = changed
         self._abouts = {
@@ -103,9 +104,7 @@ class NodeParameters:
 
     def get(self, kind: type[Config]) -> Config:
         """Return the configuration of a class that is in force."""
-        config = self._configs[kind]
-        assert isinstance(config, kind)
-        return config
+        return self._configs[kind]
 
     def _made(self, values: Mapping[str, Any]) -> dict[type[StageConfig], StageConfig]:
         """Make all configurations from those in force and some new values."""
@@ -113,9 +112,8 @@ class NodeParameters:
         for group, kind in self._groups:
             names = {qualified(group, about.name): about.name for about in parameters_of(kind)}
             changes = {names[name]: value for name, value in values.items() if name in names}
-            base = getattr(self, '_configs', {}).get(kind)
             try:
-                made[kind] = dataclasses.replace(base, **changes) if base else kind(**changes)
+                made[kind] = dataclasses.replace(self._configs.get(kind, kind()), **changes)
             except ConfigError as error:
                 raise ConfigError(f'{group}: {error}' if group else str(error)) from error
         return made
