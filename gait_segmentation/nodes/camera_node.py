@@ -5,8 +5,10 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -63,7 +65,7 @@ class CameraNode(GaitNode):
             reset=self.drop_tracks,
             initialize=self.stage.initialize,
             warn=self.warnings.warn,
-            slots=self.slots,
+            requested=deque(maxlen=self.slots),
             initial_box=start.box(),
             initial_stamp_ns=start.initial_box_stamp,
         )
@@ -83,7 +85,7 @@ class CameraNode(GaitNode):
         stamp_ns = stamp_of(message.header)
         if self.enter(stamp_ns):
             # Start from the initial box again, as in a bag that loops.
-            self.intake.arm()
+            self.intake.armed = True
         self.intake.take(image, stamp_ns)
         seen = self._lookout.newest
         if seen is not None and seen.error:
@@ -144,13 +146,13 @@ class CameraNode(GaitNode):
         except GaitSegmentationError as error:
             self.warnings.warn('roi', f'init_roi is ignored: {error}')
             return
-        self.later(lambda: self.intake.request(box), 'init_roi', self.slots)
+        self.later(lambda: self.intake.requested.append(box), 'init_roi', self.slots)
 
     def _detected(self, message: Any) -> None:
         def start() -> None:
             boxes = read_detections(message, self.parameters.get(StartConfig))
             for box in new_people(boxes, self.tracks, self.slots, self.intake.requested):
-                self.intake.request(box)
+                self.intake.requested.append(box)
 
         # The next message says the same again: only the newest one counts.
         self.later(start, 'detections')
@@ -162,44 +164,47 @@ class CameraNode(GaitNode):
             self.later(lambda: self.maps.take(message, most, age_s), 'heat map', 4)
 
 
+@dataclass
 class MapIntake:
-    """Lets in the heat maps that are of the images, and says of the others what is wrong."""
+    """
+    Lets in the heat maps that are of the images, and says of the others what is wrong.
 
-    def __init__(
-        self, add: Callable[[NDArray[np.uint8], int], object], warn: Callable[[str, str], object]
-    ) -> None:
-        """Wait for maps; ``add`` takes one and its stamp, ``warn`` a key and a text."""
-        self._add = add
-        self._warn = warn
-        self._image_ns = self._map_ns = 0
-        self.in_use = False
-        """Whether maps come."""
+    :ivar add: takes a map and its stamp.
+    :ivar warn: takes a key and a text.
+    :ivar in_use: whether maps come.
+    """
+
+    add: Callable[[NDArray[np.uint8], int], object]
+    warn: Callable[[str, str], object]
+    in_use: bool = False
+    image_ns: int = 0
+    map_ns: int = 0
 
     def take(self, message: Any, most: int, age_s: float) -> None:
         """Hand on a sensor_msgs/Image of ``most`` pixels and ``age_s`` late at most, or warn."""
         stamp_ns = stamp_of(message.header)
-        ahead_s = (stamp_ns - self._image_ns) / 1e9
-        if self._image_ns and ahead_s > _AHEAD_S:
+        ahead_s = (stamp_ns - self.image_ns) / 1e9
+        if self.image_ns and ahead_s > _AHEAD_S:
             why = f'its stamp is {ahead_s:.3f} s ahead of the last image'
-        elif self._image_ns and -ahead_s > age_s:
+        elif self.image_ns and -ahead_s > age_s:
             why = f'it is {-ahead_s:.3f} s older than the last image (heat_map_age: {age_s:g} s)'
         else:
             try:
-                self._add(read_heat_map(message, most), stamp_ns)
+                self.add(read_heat_map(message, most), stamp_ns)
             except GaitSegmentationError as error:
                 why = str(error)
             else:
-                self._map_ns, self.in_use = stamp_ns, True
+                self.map_ns, self.in_use = stamp_ns, True
                 return
-        self._warn('heat map', f'a heat_map is ignored: {why}')
+        self.warn('heat map', f'a heat_map is ignored: {why}')
 
     def note(self, image_ns: int, age_s: float) -> None:
         """Note the stamp of an image, and warn once if the maps have stopped."""
-        self._image_ns = image_ns
+        self.image_ns = image_ns
         # Those of a slow publisher are no more than late.
-        if self.in_use and image_ns - self._map_ns > 1e9 * max(age_s, _AHEAD_S):
+        if self.in_use and image_ns - self.map_ns > 1e9 * max(age_s, _AHEAD_S):
             self.in_use = False
-            self._warn('no heat map', 'the heat maps have stopped: going on without')
+            self.warn('no heat map', 'the heat maps have stopped: going on without')
 
 
 def read_detections(message: Any, config: StartConfig) -> list[Box]:

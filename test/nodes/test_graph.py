@@ -195,7 +195,7 @@ def test_nodes_find_what_the_stages_find_again_in_a_bag_that_loops_and_keep_noth
     bench.record_outputs()
     camera = bench.publisher(Image, 'image', CAMERAS[style])
     # What is known of the stream and not of who is in it.
-    kept = ['statistics', 'warnings', 'join', '_lessons', '_armed', '_pool']
+    kept = ['statistics', 'warnings', 'join', '_lessons', 'armed', '_pool']
     kept += ['_worker', 'shape', '_shape', '_likelihood', '_size']
     before = [remembered(node, *kept) for node in nodes]
     for _ in range(2):

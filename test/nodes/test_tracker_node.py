@@ -156,7 +156,7 @@ def test_services_reset_and_disable(bench: Bench) -> None:
     # Who was tracked is forgotten.
     assert boxes(bench)[:2] == [4, 4]
     assert boxes(bench)[-1] == 0
-    node.intake.request(Box(*BOX))
+    node.intake.requested.append(Box(*BOX))
     bench.feed(camera, [frame(4)])
     assert boxes(bench)[-1] == 4
     assert bench.call(Trigger, 'gait_tracker/reset', Trigger.Request()).success

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+from collections import deque
 from typing import Any
 
 import numpy as np
@@ -46,7 +47,7 @@ OTHER = Box(5, 5, 20, 40)
 def test_a_box_is_used_once(options: dict[str, Any], asked: list[Box], boxes: list) -> None:
     log = Log(**options)
     for box in asked:
-        log.intake.request(box)
+        log.intake.requested.append(box)
     assert [log.take(stamp) for stamp in (4, 6, 7)] == boxes
 
 
@@ -54,10 +55,10 @@ def test_when_time_begins_anew_the_initial_box_is_used_again() -> None:
     log = Log(initial_box=BOX)
     assert log.take(2_000_000_000) == [BOX]
     assert log.take(3_000_000_000) == []
-    log.intake.arm()
+    log.intake.armed = True
     assert log.take(1_000_000_000) == [BOX]
     without = Log()
-    without.intake.arm()
+    without.intake.armed = True
     assert without.take(1) == []
 
 
@@ -79,17 +80,17 @@ def test_another_size_resets() -> None:
 )
 def test_a_box_that_makes_no_sense_is_ignored(box: Box, said: list[str]) -> None:
     log = Log()
-    log.intake.request(box)
+    log.intake.requested.append(box)
     (warning,) = log.take(1)
     assert all(text in warning for text in said)
 
 
 def test_of_a_flood_of_boxes_the_newest_count() -> None:
-    log = Log(slots=3)
+    log = Log(requested=deque(maxlen=3))
     boxes = [Box(x % 50, 10, 20, 40 + x % 7) for x in range(20_000)]
     for box in boxes:
-        log.intake.request(box)
+        log.intake.requested.append(box)
     assert list(log.intake.requested) == boxes[-3:]
     assert log.take(1) == boxes[-3:]
-    log.intake.request(BOX)
+    log.intake.requested.append(BOX)
     assert log.take(2) == [BOX]
