@@ -121,21 +121,21 @@ class CameraNode(GaitNode):
 
     def status(self) -> dict[str, str]:
         """Report the track of each slot, what the detector sees, and whether heat maps come."""
-        found, sees, maps = {}, 'none', 'none'
-        tracks = self.tracks if self.stage is not None else ()
+        if self.stage is None:
+            return {**super().status(), 'people': '0', 'detector': 'none', 'heat map': 'none'}
+        tracks, found = self.tracks, {}
         for slot, track in enumerate(tracks):
             known = f'{track.track_id} {track.state} {100 * track.confidence:.0f} %'
             told = track.state if track.state == EMPTY else known
             why = f', {track.reason}' if track.reason else ''
             found[f'track of {slot_name(slot)}'] = told + why
-        if self.stage is not None:
-            maps = 'in use' if self.maps.in_use else 'none'
-            seen, sees = self._lookout.newest, 'has not looked'
-            if seen is not None:
-                sees = seen.error or 'draws a map'
-                if seen.people is not None:
-                    sees = f'sees {len(seen.people)}, {1e3 * seen.seconds:.0f} ms'
+        seen, sees = self._lookout.newest, 'has not looked'
+        if seen is not None:
+            sees = seen.error or 'draws a map'
+            if seen.people is not None:
+                sees = f'sees {len(seen.people)}, {1e3 * seen.seconds:.0f} ms'
         people = str(sum(track.track_id != 0 for track in tracks))
+        maps = 'in use' if self.maps.in_use else 'none'
         return {
             **super().status(), 'people': people, **found, 'detector': sees, 'heat map': maps,
         }  # fmt: skip

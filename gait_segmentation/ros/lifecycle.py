@@ -149,7 +149,7 @@ class GaitNode(LifecycleNode):
         self._stamps = Stamps()
         self._worker: Worker | None = None
         groups = [('', NodeConfig), *self.groups]
-        self.parameters = NodeParameters(self, groups, changed=self._parameters_changed)
+        self.parameters = NodeParameters(self, groups, self._parameters_changed)
         # As many requests may come at a time as to the services of parameters.
         many = {'qos_profile': qos_profile_parameters}
         self.create_service(SetBool, '~/enable', self._enable, **many)

@@ -283,10 +283,7 @@ def track_topics(slots: int) -> Table:
     table = _of_slots(
         slots,
         {
-            'box': (
-                PolygonInstanceStamped,
-                lambda track, header: box_message(track_corners(track), track.track_id, header),
-            ),
+            'box': _boxes(track_corners),
             'likelihood': (Image, lambda track, header: image_message(track.likelihood, header)),
         },
     )
@@ -300,14 +297,8 @@ def match_topics(slots: int) -> Table:
     return _of_slots(
         slots,
         {
-            'matched_box': (
-                PolygonInstanceStamped,
-                lambda match, header: box_message(matched_corners(match), match.track_id, header),
-            ),
-            'refined_box': (
-                PolygonInstanceStamped,
-                lambda match, header: box_message(refined_corners(match), match.track_id, header),
-            ),
+            'matched_box': _boxes(matched_corners),
+            'refined_box': _boxes(refined_corners),
             'gait': (JointState, gait_message),
             'shape_prior': (Image, lambda match, header: image_message(match.shape_prior, header)),
         },
@@ -353,16 +344,12 @@ def people_topics(slots: int) -> Table:
     return table
 
 
-Seen = tuple[Sequence[Person], Sequence['Location | None']]
-"""Who is seen in a frame, and the place of each slot as far as it is known."""
-
-
 def seen(
     matches: Sequence[MatchResult],
     masks: Sequence[NDArray[np.uint8]],
     locations: Sequence[Location | None],
-) -> Seen:
-    """Return who is seen, given what is known of each slot."""
+) -> tuple[Sequence[Person], Sequence[Location | None]]:
+    """Return who is seen in a frame, and the place of each slot as far as it is known."""
     people = [
         Person(match, box, location)
         for match, mask, location in zip(matches, masks, locations, strict=True)
@@ -387,3 +374,10 @@ def _of_slots(
         for slot in range(slots)
         for name, (kind, make) in table.items()
     }
+
+
+def _boxes(corners: Callable[[Any], Corners]) -> tuple[Any, Callable[[Any, Any], Any]]:
+    """Return the output of the box that a track or match has these corners of."""
+    return PolygonInstanceStamped, lambda result, header: box_message(
+        corners(result), result.track_id, header
+    )

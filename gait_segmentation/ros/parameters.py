@@ -60,20 +60,17 @@ class NodeParameters:
         self,
         node: Any,
         groups: Sequence[tuple[str, type[StageConfig]]],
-        *,
         changed: Callable[[StageConfig], None],
     ) -> None:
         """
-        Declare the parameters and read their first values.
+        Declare the parameters of a :class:`GaitNode` by prefix, and read their first values.
 
-        :param node: a :class:`GaitNode`.
-        :param groups: prefix and configuration class.
-        :param changed: called with a new configuration after a change.
         :raises ConfigError: if a value is not allowed.
         """
         self._node = node
         self._configs: dict[type[StageConfig], StageConfig] = {}
         self._groups = tuple(groups)
+        # Called with each new configuration.
         self._changed = changed
         self._abouts = {
             qualified(group, about.name): about

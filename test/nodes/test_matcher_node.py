@@ -135,18 +135,6 @@ def test_what_cannot_be_used_gives_empty_outputs(bench: Bench, size: tuple[int, 
     assert headers == [header(index) for index in range(last + 2)]
 
 
-def test_frames_of_which_a_part_never_comes_are_counted(bench: Bench) -> None:
-    door = Door(bench)
-    door.publish(0, 1.0)
-    door.wait(1)
-    for index in (1, 2):
-        door.boxes.publish(box_message(BOX.corners(), 4, header(index)))
-    for index in (3, 4):
-        door.publish(index, 1.0)
-        door.wait(index - 1)
-    assert door.node.statistics.dropped == 2
-
-
 def test_a_size_that_is_not_latched_is_said_to_be_unheard(bench: Bench, capfd) -> None:
     node = bench.add(MatcherNode)
     bench.probe.create_publisher(RegionOfInterest, 'image_size', DEEP)

@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonInstance, PolygonInstanceStamped
-from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CompressedImage, Image, RegionOfInterest
 from std_srvs.srv import SetBool, Trigger
@@ -27,7 +26,6 @@ from gait_segmentation.ros.diagnostics import missing_input
 from gait_segmentation.ros.lifecycle import LATCHED
 from gait_segmentation.ros.messages import box_message, image_message
 from gait_segmentation.streams.fields import stamp_of
-from gait_segmentation.tracking import TrackingConfig
 from test.nodes.bench import Bench, frame, header
 
 BOX = [30.0, 20.0, 24.0, 80.0]
@@ -100,20 +98,6 @@ def test_stamps_that_are_not_positive_are_refused_as_they_are(bench: Bench, capf
     node.receive('image', odd)
     assert 'a message with the stamp -1.5 s is ignored' in capfd.readouterr().err
     assert missing_input(node) == 'what comes has no stamp'
-
-
-def test_parameters_change_live(bench: Bench) -> None:
-    node = bench.add(TrackerNode)
-    before = node.stage.config
-    (result,) = node.set_parameters([Parameter('tracking.colour_rate', value=0.4)])
-    assert result.successful
-    bench.settle()
-    assert node.stage.config.colour_rate == 0.4
-    assert node.stage.config is node.parameters.get(TrackingConfig) is not before
-    for name, value in (('tracking.working_size', 320), ('backlog', 0)):
-        (result,) = node.set_parameters([Parameter(name, value=value)])
-        assert not result.successful
-        assert result.reason
 
 
 def test_a_configuration_that_fails_leaves_the_node_unconfigured(
