@@ -7,16 +7,15 @@ from __future__ import annotations
 import importlib
 import sys
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from geometry_msgs.msg import PolygonInstanceStamped
 from numpy.typing import NDArray
 from rclpy.time import Time
-from sensor_msgs.msg import CameraInfo, Image, JointState
+from sensor_msgs.msg import CameraInfo, Image
 
 from gait_segmentation.errors import GaitSegmentationError, InputError
 from gait_segmentation.inputs.encodings import read_depth, read_mono8
@@ -50,10 +49,7 @@ class LocalizerNode(GaitNode):
     """
 
     name = 'gait_localizer'
-    kinds: ClassVar[Mapping[str, Mapping[str, Any]]] = {
-        'gait_matcher': {'matched_box': PolygonInstanceStamped, 'gait': JointState},
-        'gait_segmenter': {'mask': Image},
-    }
+    reads = ('matched_box', 'gait', 'mask')
     packages = ('gait_segmentation.localization',)
     groups = (
         ('', PeopleConfig),

@@ -5,12 +5,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import Any, ClassVar
 
-from geometry_msgs.msg import PolygonInstanceStamped
-from sensor_msgs.msg import Image, RegionOfInterest
+from sensor_msgs.msg import RegionOfInterest
 from std_msgs.msg import Header
 
 from gait_segmentation.errors import InputError
@@ -36,9 +34,7 @@ class MatcherNode(GaitNode):
     """
 
     name = 'gait_matcher'
-    kinds: ClassVar[Mapping[str, Mapping[str, Any]]] = {
-        'gait_tracker': {'box': PolygonInstanceStamped, 'likelihood': Image}
-    }
+    reads = ('box', 'likelihood')
     restarting = (MatchingConfig,)
     packages = ('gait_segmentation.matching',)
     groups = (

@@ -8,12 +8,10 @@ import sys
 from functools import partial
 from typing import Any
 
-from geometry_msgs.msg import PolygonInstanceStamped
-from sensor_msgs.msg import Image
-
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.ros.frames import ExactJoin
+from gait_segmentation.ros.lifecycle import SLOT_TOPICS
 from gait_segmentation.ros.messages import Outputs, track_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.starting import StartingConfig
@@ -26,8 +24,6 @@ from gait_segmentation.streams.fields import (
     stamp_of,
 )
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
-
-_FEEDBACK = dict(zip(FEEDBACK, (Image, Image, PolygonInstanceStamped), strict=True))
 
 
 class TrackerNode(CameraNode):
@@ -56,9 +52,9 @@ class TrackerNode(CameraNode):
 
     def connect(self) -> None:
         """Subscribe to the feedback, to the camera and to first boxes."""
-        parts = slot_topics(_FEEDBACK, self.slots)
-        self._lessons = ExactJoin({'feedback': parts}, DEPTH)
-        for topic, kind in parts.items():
+        kinds = slot_topics({name: SLOT_TOPICS[name][1] for name in FEEDBACK}, self.slots)
+        self._lessons = ExactJoin({'feedback': kinds}, DEPTH)
+        for topic, kind in kinds.items():
             self.subscribe(kind, topic, partial(self._feedback, topic))
         super().connect()
 

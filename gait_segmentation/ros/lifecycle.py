@@ -6,12 +6,14 @@ from __future__ import annotations
 
 import time
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from functools import partial
+from itertools import chain
 from typing import Any, ClassVar
 
 import cv2
+from geometry_msgs.msg import PolygonInstanceStamped
 from rclpy.event_handler import (
     PublisherEventCallbacks,
     QoSMessageLostInfo,
@@ -29,7 +31,7 @@ from rclpy.qos import (
     qos_profile_parameters,
 )
 from rclpy.qos_overriding_options import QoSOverridingOptions
-from sensor_msgs.msg import CompressedImage, Image
+from sensor_msgs.msg import CompressedImage, Image, JointState
 from std_srvs.srv import SetBool, Trigger
 
 from gait_segmentation.config import StageConfig
@@ -63,6 +65,16 @@ OVERRIDABLE = QoSOverridingOptions(
 )
 """What parameters of the kind ``qos_overrides`` may change."""
 
+SLOT_TOPICS = {
+    'box': ('gait_tracker', PolygonInstanceStamped),
+    'likelihood': ('gait_tracker', Image),
+    'matched_box': ('gait_matcher', PolygonInstanceStamped),
+    'shape_prior': ('gait_matcher', Image),
+    'gait': ('gait_matcher', JointState),
+    'mask': ('gait_segmenter', Image),
+}
+"""By topic of a slot the node that it comes from, and its type."""
+
 _DRAIN_S = 5.0
 _SUCCESS = TransitionCallbackReturn.SUCCESS
 
@@ -95,15 +107,15 @@ class GaitNode(LifecycleNode):
 
     The executor's thread only receives messages, joins them on their stamp and hands frames over;
     stages are touched by the worker alone, so they need no locks.  Derived classes say in
-    :attr:`kinds` what comes besides the images that those with a :class:`CameraConfig` see.
+    :attr:`reads` what comes besides the images that those with a :class:`CameraConfig` see.
     """
 
     name: ClassVar[str]
     groups: ClassVar[Sequence[tuple[str, type[StageConfig]]]] = ()
     """Prefix and class of the configurations beside :class:`NodeConfig`."""
 
-    kinds: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
-    """Types of messages by topic of a slot, by the node they come from, in the order of work."""
+    reads: ClassVar[Sequence[str]] = ()
+    """Topics of each slot that a frame is made of, besides the image, in the order of work."""
 
     packages: ClassVar[Sequence[str]] = ()
     """Whose kernels the stage needs; of all if there is none."""
@@ -170,11 +182,13 @@ class GaitNode(LifecycleNode):
 
     def connect(self) -> None:
         """Subscribe to the outputs of the other nodes, and to the camera."""
-        self.topics = {node: slot_topics(each, self.slots) for node, each in self.kinds.items()}
+        self.topics = {}
+        for name in self.reads:
+            by, kind = SLOT_TOPICS[name]
+            self.topics.setdefault(by, {}).update(slot_topics({name: kind}, self.slots))
         self._join_anew()
-        for topics in self.topics.values():
-            for topic, kind in topics.items():
-                self.subscribe(kind, topic, partial(self.receive, topic))
+        for topic, kind in chain.from_iterable(each.items() for each in self.topics.values()):
+            self.subscribe(kind, topic, partial(self.receive, topic))
         if self.has(CameraConfig):
             config = self.parameters.get(CameraConfig)
             kind, self.camera_topic = Image, 'image'

@@ -2,7 +2,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from types import SimpleNamespace
 from typing import Any, ClassVar
@@ -72,10 +71,11 @@ def test_the_level_says_what_is_wrong() -> None:
     # What a node has to say is a warning where frames go well.
     why = 'located: 0 of 1, why'
     assert judged(statistics, trouble=why) == (DiagnosticStatus.WARN, why)
-    statistics.stale = 3
+    statistics.stale, statistics.dropped = 3, 4
     status, values = told(statistics)
-    assert (status.level, values['stale']) == (DiagnosticStatus.WARN, '3')
-    assert '3 frames dropped or stale' in status.message
+    counts = [values[name] for name in ('received', 'processed', 'dropped', 'stale', 'failed')]
+    assert (status.level, counts) == (DiagnosticStatus.WARN, list('11430'))
+    assert '7 frames dropped or stale' in status.message
     assert judged(statistics) == (DiagnosticStatus.OK, 'active')
     statistics.failed = 2
     assert judged(statistics, trouble=why) == (
@@ -227,21 +227,13 @@ def test_who_publishes_the_same_is_named(others: list[tuple[str, str]], said: st
     assert bool(published_twice(node)) == bool(said)
 
 
-def test_every_count_is_told_under_its_name() -> None:
-    statistics = Statistics()
-    names = 'received', 'processed', 'dropped', 'stale', 'failed'
-    for count, name in enumerate(names, 1):
-        setattr(statistics, name, count)
-    values = told(statistics)[1]
-    assert [values[name] for name in names] == list('12345')
-
-
-def test_the_rate_is_that_of_the_last_seconds() -> None:
+def test_rates_are_those_of_the_last_seconds() -> None:
     statistics = Statistics()
     for index in range(31):
         statistics.arrived(100 + index / 30, index)
-    assert statistics.rates_hz(101.0)[0] == pytest.approx(30)
-    assert statistics.rates_hz(107.0)[0] == 0
+        statistics.finished(0.01, 100 + index / 10)
+    assert statistics.rates_hz(103.0) == (pytest.approx(30), pytest.approx(10))
+    assert statistics.rates_hz(120.0) == (0, 0)
     assert (statistics.received, statistics.last_stamp_ns) == (31, 30)
 
 
@@ -251,24 +243,6 @@ def test_latencies_are_median_and_95th_percentile() -> None:
         statistics.finished(value / 1000)
     assert statistics.latency_ms() == (pytest.approx(50), pytest.approx(95))
     assert statistics.processed == 101
-
-
-def test_losses_are_told_once_and_silence_is_measured() -> None:
-    statistics = Statistics()
-    assert math.isnan(statistics.quiet_s(5.0))
-    statistics.expect(1.0)
-    assert statistics.quiet_s(5.0) == 4.0
-    statistics.arrived(2.0, 1)
-    assert statistics.quiet_s(5.0) == 3.0
-    statistics.expect(4.0)
-    assert statistics.quiet_s(5.0) == 1.0
-    statistics.dropped, statistics.stale = 2, 3
-    statistics.failed = 4
-    assert [statistics.losses(), statistics.losses()] == [(5, 4), (0, 0)]
-    for index in range(5):
-        statistics.finished(0.01, 3.0 + 0.1 * index)
-    assert statistics.rates_hz(4.0)[1] == pytest.approx(10)
-    assert statistics.rates_hz(40.0)[1] == 0
 
 
 class Log:
