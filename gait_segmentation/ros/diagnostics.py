@@ -112,18 +112,14 @@ class Warnings:
         """Begin with nothing said; ``log`` takes texts, ``clock`` is steady and in seconds."""
         self._log = log
         self._clock = clock
-        self._said_s: dict[str, float] = {}
-
-    @property
-    def keys(self) -> set[str]:
-        """Return the keys of which something was said."""
-        return set(self._said_s)
+        self.said_s: dict[str, float] = {}
+        """When something was last logged of a key."""
 
     def warn(self, key: str, text: str) -> None:
         """Log a warning unless one of its key was logged just before."""
         now_s = self._clock()
-        if now_s - self._said_s.get(key, -_EVERY_S) >= _EVERY_S:
-            self._said_s[key] = now_s
+        if now_s - self.said_s.get(key, -_EVERY_S) >= _EVERY_S:
+            self.said_s[key] = now_s
             self._log(shortened(text))
 
 

@@ -138,7 +138,7 @@ def test_what_cannot_be_used_gives_empty_outputs(bench: Bench, size: tuple[int, 
 def test_a_size_that_is_not_latched_is_said_to_be_unheard(bench: Bench, capfd) -> None:
     node = bench.add(MatcherNode)
     bench.probe.create_publisher(RegionOfInterest, 'image_size', DEEP)
-    bench.until(lambda: 'image_size' in node.warnings.keys, 'the warning')
+    bench.until(lambda: 'image_size' in node.warnings.said_s, 'the warning')
     said = capfd.readouterr().err
     assert 'a publisher on image_size offers an incompatible QoS (DURABILITY)' in said
     assert 'it must be reliable and transient local' in said

@@ -86,7 +86,7 @@ def test_feedback_that_does_not_fit_is_ignored(bench: Bench) -> None:
     matched.publish(box_message(((0, 0), (9, 0), (9, 9), (0, 9)), 1, header(0)))
     masks.publish(image_message(wrong, header(0)))
     priors.publish(image_message(wrong, header(0)))
-    bench.until(lambda: 'feedback' in node.warnings.keys, 'the warning')
+    bench.until(lambda: 'feedback' in node.warnings.said_s, 'the warning')
     bench.feed(camera, [frame(1)])
     assert boxes(bench) == [4, 4]
 
@@ -200,7 +200,7 @@ def test_diagnostics_report_frames_and_track(bench: Bench) -> None:
     bench.probe.create_publisher(PolygonInstanceStamped, 'person_0/box', 10)
     said = '/probe publishes /person_0/box, too'
     bench.until(lambda: reports[-1].status[0].message.startswith(said), 'the warning')
-    assert 'twice' in node.warnings.keys
+    assert 'twice' in node.warnings.said_s
 
 
 def test_the_qos_of_endpoints_can_be_overridden(bench: Bench) -> None:
@@ -288,5 +288,5 @@ def test_the_detector_looks_beside_the_frames(bench: Bench, monkeypatch) -> None
         bench.feed(camera, [frame(4 * index)])
     assert boxes(bench)[0] == 0
     assert boxes(bench)[-1] == 4
-    assert 'detector' in node.warnings.keys
+    assert 'detector' in node.warnings.said_s
     assert node.status()['detector'].startswith('sees 1, ')

@@ -260,7 +260,7 @@ def test_warnings_of_one_key_are_at_least_10_seconds_apart() -> None:
     for each in texts:
         log.warnings.warn(*each)
     assert log.said == ['first', 'other', '4', '6']
-    assert log.warnings.keys == {'a', 'b'}
+    assert log.warnings.said_s.keys() == {'a', 'b'}
 
 
 def test_a_line_of_the_log_is_short_whatever_names_are_in_it() -> None:
