@@ -59,8 +59,7 @@ class CameraNode(GaitNode):
         start = self.parameters.get(StartConfig)
         # First, so that it is known to a matcher before the likelihoods are.
         self._size = self.output(RegionOfInterest, 'image_size', LATCHED)
-        self.tracks = ()
-        self._expect_maps()
+        self._forget()
         self.intake = Intake(
             reset=self.drop_tracks,
             initialize=self.stage.initialize,
@@ -98,15 +97,15 @@ class CameraNode(GaitNode):
     def drop_tracks(self) -> None:
         """Publish what is held back and drop all tracks, but not the boxes that wait."""
         super().drop_tracks()
-        self.tracks = ()
-        self._expect_maps()
+        self._forget()
 
     def reset(self) -> None:
         """Drop the boxes that wait for the next frame, too."""
         super().reset()
         self.intake.requested.clear()
 
-    def _expect_maps(self) -> None:
+    def _forget(self) -> None:
+        self.tracks = ()
         self.maps = MapIntake(self.stage.add_heat_map, self.warnings.warn)
 
     def connect(self) -> None:
@@ -184,19 +183,17 @@ class MapIntake:
         """Hand on a sensor_msgs/Image of ``most`` pixels and ``age_s`` late at most, or warn."""
         stamp_ns = stamp_of(message.header)
         ahead_s = (stamp_ns - self.image_ns) / 1e9
-        if self.image_ns and ahead_s > _AHEAD_S:
-            why = f'its stamp is {ahead_s:.3f} s ahead of the last image'
-        elif self.image_ns and -ahead_s > age_s:
-            why = f'it is {-ahead_s:.3f} s older than the last image (heat_map_age: {age_s:g} s)'
+        try:
+            if self.image_ns and ahead_s > _AHEAD_S:
+                raise InputError(f'its stamp is {ahead_s:.3f} s ahead of the last image')
+            if self.image_ns and -ahead_s > age_s:
+                late = f'it is {-ahead_s:.3f} s older than the last image'
+                raise InputError(f'{late} (heat_map_age: {age_s:g} s)')
+            self.add(read_heat_map(message, most), stamp_ns)
+        except GaitSegmentationError as error:
+            self.warn('heat map', f'a heat_map is ignored: {error}')
         else:
-            try:
-                self.add(read_heat_map(message, most), stamp_ns)
-            except GaitSegmentationError as error:
-                why = str(error)
-            else:
-                self.map_ns, self.in_use = stamp_ns, True
-                return
-        self.warn('heat map', f'a heat_map is ignored: {why}')
+            self.map_ns, self.in_use = stamp_ns, True
 
     def note(self, image_ns: int, age_s: float) -> None:
         """Note the stamp of an image, and warn once if the maps have stopped."""

@@ -10,12 +10,13 @@ from collections import deque
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.time import Time
 from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
 
 from gait_segmentation.errors import GaitSegmentationError, InputError
 from gait_segmentation.inputs.encodings import read_depth, read_mono8
@@ -34,9 +35,6 @@ from gait_segmentation.ros.messages import Outputs, people_topics, seen
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.streams.config import LocalizerNodeConfig
 from gait_segmentation.streams.fields import DEPTH, Parts, read_match, slot_topic, stamp_of
-
-if TYPE_CHECKING:
-    from std_msgs.msg import Header
 
 
 class LocalizerNode(GaitNode):
@@ -129,8 +127,7 @@ class LocalizerNode(GaitNode):
                 f'nothing came on {topic} so far, and where the ground is neither '
                 'ground_frame nor localization.camera_height says'
             )
-        located: Sequence[Location | None] = self.stage.update(matches, masks, camera, pose, depth)
-        return located
+        return self.stage.update(matches, masks, camera, pose, depth)
 
     def _calibrated(self, message: CameraInfo) -> None:
         self._info = message

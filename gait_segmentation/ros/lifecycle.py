@@ -136,7 +136,6 @@ class GaitNode(LifecycleNode):
     """Of the images, if the node sees, from the activation on."""
 
     state = 'unconfigured'
-    """Of the life cycle."""
 
     def __init__(self, **options: Any) -> None:
         """Declare parameters and services: a ConfigError says what is not allowed."""

@@ -27,7 +27,7 @@ from geometry_msgs.msg import (
 )
 from numpy.typing import NDArray
 from sensor_msgs.msg import CompressedImage, Image, JointState
-from std_msgs.msg import ColorRGBA
+from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import ImageMarker, Marker, MarkerArray
 
 from gait_segmentation.drawing import track_colour
@@ -42,11 +42,8 @@ from gait_segmentation.streams.fields import (
 )
 
 if TYPE_CHECKING:
-    from std_msgs.msg import Header
-
     from gait_segmentation.localization import Location
     from gait_segmentation.results import MatchResult, TrackResult
-    from gait_segmentation.ros.lifecycle import GaitNode
 
 
 _UPRIGHT = 1e-4
@@ -248,8 +245,8 @@ _IMAGES: Mapping[Any, Callable[..., Any]] = {
 class Outputs:
     """The publishers of a table, of which those are served that are listened to."""
 
-    def __init__(self, node: GaitNode, table: Table) -> None:
-        """Make the publishers."""
+    def __init__(self, node: Any, table: Table) -> None:
+        """Make the publishers of a :class:`GaitNode`."""
         self._topics = [
             (kind, make, node.output(kind, topic)) for topic, (kind, make) in table.items()
         ]
