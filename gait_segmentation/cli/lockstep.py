@@ -137,7 +137,7 @@ def results_of(
             if order is Order.RESET:
                 warn(f'the stamp went back at frame {frame.number}: everything is reset')
                 drop_tracks()
-                intake.arm()
+                intake.armed = True
             intake.take(frame.image, frame.stamp_ns)
             yield from flushed
             flushed.clear()

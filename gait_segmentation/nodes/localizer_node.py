@@ -7,16 +7,16 @@ from __future__ import annotations
 import importlib
 import sys
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from functools import partial
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import PolygonInstanceStamped
 from numpy.typing import NDArray
 from rclpy.time import Time
-from sensor_msgs.msg import CameraInfo, Image, JointState
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import Header
 
 from gait_segmentation.errors import GaitSegmentationError, InputError
 from gait_segmentation.inputs.encodings import read_depth, read_mono8
@@ -29,16 +29,12 @@ from gait_segmentation.localization import (
 )
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult
-from gait_segmentation.ros.endpoints import BEST_EFFORT
-from gait_segmentation.ros.lifecycle import GaitNode
-from gait_segmentation.ros.outputs import Outputs, people_topics, seen
+from gait_segmentation.ros.diagnostics import shortened
+from gait_segmentation.ros.lifecycle import BEST_EFFORT, GaitNode
+from gait_segmentation.ros.messages import Outputs, people_topics, seen
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.streams.config import LocalizerNodeConfig
 from gait_segmentation.streams.fields import QUEUE_DEPTH, Parts, read_match, slot_topic, stamp_of
-from gait_segmentation.streams.health import shortened
-
-if TYPE_CHECKING:
-    from std_msgs.msg import Header
 
 
 class LocalizerNode(GaitNode):
@@ -51,10 +47,7 @@ class LocalizerNode(GaitNode):
     """
 
     name = 'gait_localizer'
-    kinds: ClassVar[Mapping[str, Mapping[str, Any]]] = {
-        'gait_matcher': {'matched_box': PolygonInstanceStamped, 'gait': JointState},
-        'gait_segmenter': {'mask': Image},
-    }
+    reads = ('matched_box', 'gait', 'mask')
     packages = ('gait_segmentation.localization',)
     groups = (
         ('', PeopleConfig),
@@ -134,8 +127,7 @@ class LocalizerNode(GaitNode):
                 f'nothing came on {topic} so far, and where the ground is neither '
                 'ground_frame nor localization.camera_height says'
             )
-        located: Sequence[Location | None] = self.stage.update(matches, masks, camera, pose, depth)
-        return located
+        return self.stage.update(matches, masks, camera, pose, depth)
 
     def _calibrated(self, message: CameraInfo) -> None:
         self._info = message

@@ -5,12 +5,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
-from typing import Any, ClassVar
 
-from geometry_msgs.msg import PolygonInstanceStamped
-from sensor_msgs.msg import Image, RegionOfInterest
+from sensor_msgs.msg import RegionOfInterest
 from std_msgs.msg import Header
 
 from gait_segmentation.errors import InputError
@@ -18,9 +16,8 @@ from gait_segmentation.inputs.encodings import claimed_shape
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult
-from gait_segmentation.ros.endpoints import LATCHED
-from gait_segmentation.ros.lifecycle import GaitNode
-from gait_segmentation.ros.outputs import Outputs, match_topics
+from gait_segmentation.ros.lifecycle import LATCHED, GaitNode
+from gait_segmentation.ros.messages import Outputs, match_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.stamps import HeldFrames
 from gait_segmentation.streams.config import BankConfig
@@ -37,9 +34,7 @@ class MatcherNode(GaitNode):
     """
 
     name = 'gait_matcher'
-    kinds: ClassVar[Mapping[str, Mapping[str, Any]]] = {
-        'gait_tracker': {'box': PolygonInstanceStamped, 'likelihood': Image}
-    }
+    reads = ('box', 'likelihood')
     restarting = (MatchingConfig,)
     packages = ('gait_segmentation.matching',)
     groups = (

@@ -17,7 +17,7 @@ from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
-from gait_segmentation.ros.outputs import (
+from gait_segmentation.ros.messages import (
     Outputs,
     mask_topics,
     match_topics,

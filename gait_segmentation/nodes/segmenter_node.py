@@ -5,18 +5,13 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
 from functools import partial
-from typing import Any, ClassVar
-
-from geometry_msgs.msg import PolygonInstanceStamped
-from sensor_msgs.msg import Image, JointState
 
 from gait_segmentation.drawing import segmentation_picture
 from gait_segmentation.inputs.encodings import claimed_shape, read_image, read_mono8
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.ros.lifecycle import GaitNode
-from gait_segmentation.ros.outputs import Outputs, mask_topics, picture_topics
+from gait_segmentation.ros.messages import Outputs, mask_topics, picture_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
 from gait_segmentation.streams.config import CameraConfig, SegmenterNodeConfig
@@ -32,14 +27,7 @@ class SegmenterNode(GaitNode):
     """
 
     name = 'gait_segmenter'
-    kinds: ClassVar[Mapping[str, Mapping[str, Any]]] = {
-        'gait_tracker': {'likelihood': Image},
-        'gait_matcher': {
-            'matched_box': PolygonInstanceStamped,
-            'shape_prior': Image,
-            'gait': JointState,
-        },
-    }
+    reads = ('likelihood', 'matched_box', 'shape_prior', 'gait')
     packages = ('gait_segmentation.segmentation',)
     groups = (
         ('', CameraConfig),

@@ -8,12 +8,11 @@ import sys
 from functools import partial
 from typing import Any
 
-from geometry_msgs.msg import PolygonInstanceStamped
-from sensor_msgs.msg import Image
-
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.nodes.camera_node import CameraNode
-from gait_segmentation.ros.outputs import Outputs, track_topics
+from gait_segmentation.ros.frames import ExactJoin
+from gait_segmentation.ros.lifecycle import SLOT_TOPICS
+from gait_segmentation.ros.messages import Outputs, track_topics
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.streams.fields import (
@@ -24,10 +23,7 @@ from gait_segmentation.streams.fields import (
     slot_topics,
     stamp_of,
 )
-from gait_segmentation.streams.frames import ExactJoin
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
-
-_FEEDBACK = dict(zip(FEEDBACK, (Image, Image, PolygonInstanceStamped), strict=True))
 
 
 class TrackerNode(CameraNode):
@@ -56,9 +52,9 @@ class TrackerNode(CameraNode):
 
     def connect(self) -> None:
         """Subscribe to the feedback, to the camera and to first boxes."""
-        parts = slot_topics(_FEEDBACK, self.slots)
-        self._lessons = ExactJoin({'feedback': parts}, QUEUE_DEPTH)
-        for topic, kind in parts.items():
+        kinds = slot_topics({name: SLOT_TOPICS[name][1] for name in FEEDBACK}, self.slots)
+        self._lessons = ExactJoin({'feedback': kinds}, QUEUE_DEPTH)
+        for topic, kind in kinds.items():
             self.subscribe(kind, topic, partial(self._feedback, topic))
         super().connect()
 

@@ -6,12 +6,14 @@ from __future__ import annotations
 
 import time
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from functools import partial
+from itertools import chain
 from typing import Any, ClassVar
 
 import cv2
+from geometry_msgs.msg import PolygonInstanceStamped
 from rclpy.event_handler import (
     PublisherEventCallbacks,
     QoSMessageLostInfo,
@@ -22,11 +24,14 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.publisher import Publisher
 from rclpy.qos import (
     DurabilityPolicy,
+    QoSPolicyKind,
     QoSProfile,
+    ReliabilityPolicy,
     qos_policy_name_from_kind,
     qos_profile_parameters,
 )
-from sensor_msgs.msg import CompressedImage, Image
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from sensor_msgs.msg import CompressedImage, Image, JointState
 from std_srvs.srv import SetBool, Trigger
 
 from gait_segmentation.config import StageConfig
@@ -34,8 +39,8 @@ from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.gait_model import TemplateBank, open_bank
 from gait_segmentation.kernels import compile_kernels, compiling
 from gait_segmentation.people import PeopleConfig
-from gait_segmentation.ros.diagnostics import Diagnostics
-from gait_segmentation.ros.endpoints import BEST_EFFORT, BETWEEN_NODES, OVERRIDABLE
+from gait_segmentation.ros.diagnostics import Diagnostics, Statistics, Warnings
+from gait_segmentation.ros.frames import ExactJoin, Worker
 from gait_segmentation.ros.parameters import NodeParameters
 from gait_segmentation.stamps import Order, Stamps
 from gait_segmentation.streams.config import (
@@ -45,8 +50,30 @@ from gait_segmentation.streams.config import (
     SegmenterNodeConfig,
 )
 from gait_segmentation.streams.fields import QUEUE_DEPTH, Parts, slot_topics, stamp_of
-from gait_segmentation.streams.frames import ExactJoin, Worker
-from gait_segmentation.streams.health import Statistics, Warnings
+
+BETWEEN_NODES = QoSProfile(depth=QUEUE_DEPTH)
+"""Reliable: of all that the nodes publish, and of what they receive from each other."""
+
+BEST_EFFORT = QoSProfile(depth=QUEUE_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
+"""Of subscriptions that take what others publish, however they do it."""
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+"""Of what is published once and must reach those who come later."""
+
+OVERRIDABLE = QoSOverridingOptions(
+    (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY)
+)
+"""What parameters of the kind ``qos_overrides`` may change."""
+
+SLOT_TOPICS = {
+    'box': ('gait_tracker', PolygonInstanceStamped),
+    'likelihood': ('gait_tracker', Image),
+    'matched_box': ('gait_matcher', PolygonInstanceStamped),
+    'shape_prior': ('gait_matcher', Image),
+    'gait': ('gait_matcher', JointState),
+    'mask': ('gait_segmenter', Image),
+}
+"""By topic of a slot the node that it comes from, and its type."""
 
 _DRAIN_S = 5.0
 _SUCCESS = TransitionCallbackReturn.SUCCESS
@@ -80,15 +107,15 @@ class GaitNode(LifecycleNode):
 
     The executor's thread only receives messages, joins them on their stamp and hands frames over;
     stages are touched by the worker alone, so they need no locks.  Derived classes say in
-    :attr:`kinds` what comes besides the images that those with a :class:`CameraConfig` see.
+    :attr:`reads` what comes besides the images that those with a :class:`CameraConfig` see.
     """
 
     name: ClassVar[str]
     groups: ClassVar[Sequence[tuple[str, type[StageConfig]]]] = ()
     """Prefix and class of the configurations beside :class:`NodeConfig`."""
 
-    kinds: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
-    """Types of messages by topic of a slot, by the node they come from, in the order of work."""
+    reads: ClassVar[Sequence[str]] = ()
+    """Topics of each slot that a frame is made of, besides the image, in the order of work."""
 
     packages: ClassVar[Sequence[str]] = ()
     """Whose kernels the stage needs; of all if there is none."""
@@ -109,7 +136,6 @@ class GaitNode(LifecycleNode):
     """Of the images, if the node sees, from the activation on."""
 
     state = 'unconfigured'
-    """Of the life cycle."""
 
     def __init__(self, **options: Any) -> None:
         """Declare parameters and services: a ConfigError says what is not allowed."""
@@ -134,7 +160,7 @@ class GaitNode(LifecycleNode):
         self._stamps = Stamps()
         self._worker: Worker | None = None
         groups = [('', NodeConfig), *self.groups]
-        self.parameters = NodeParameters(self, groups, changed=self._parameters_changed)
+        self.parameters = NodeParameters(self, groups, self._parameters_changed)
         # As many requests may come at a time as to the services of parameters.
         many = {'qos_profile': qos_profile_parameters}
         self.create_service(SetBool, '~/enable', self._enable, **many)
@@ -155,11 +181,13 @@ class GaitNode(LifecycleNode):
 
     def connect(self) -> None:
         """Subscribe to the outputs of the other nodes, and to the camera."""
-        self.topics = {node: slot_topics(each, self.slots) for node, each in self.kinds.items()}
+        self.topics = {}
+        for name in self.reads:
+            by, kind = SLOT_TOPICS[name]
+            self.topics.setdefault(by, {}).update(slot_topics({name: kind}, self.slots))
         self._join_anew()
-        for topics in self.topics.values():
-            for topic, kind in topics.items():
-                self.subscribe(kind, topic, partial(self.receive, topic))
+        for topic, kind in chain.from_iterable(each.items() for each in self.topics.values()):
+            self.subscribe(kind, topic, partial(self.receive, topic))
         if self.has(CameraConfig):
             config = self.parameters.get(CameraConfig)
             kind, self.camera_topic = Image, 'image'
@@ -199,14 +227,11 @@ class GaitNode(LifecycleNode):
 
     def output(self, kind: Any, topic: str, profile: QoSProfile = BETWEEN_NODES) -> Any:
         """Make a publisher that lives until the clean-up."""
-        made = self.create_publisher(
-            kind,
-            topic,
-            copy(profile),  # Overrides are written into it.
-            # Every event that could be reported costs the executor time in every round.
-            event_callbacks=PublisherEventCallbacks(use_default_callbacks=False),
-            qos_overriding_options=OVERRIDABLE,
-        )
+        # Every event that could be reported costs the executor time in every round.
+        events = PublisherEventCallbacks(use_default_callbacks=False)
+        options = {'event_callbacks': events, 'qos_overriding_options': OVERRIDABLE}
+        # Overrides are written into the profile.
+        made = self.create_publisher(kind, topic, copy(profile), **options)
         self.outputs.append(made)
         return made
 
@@ -236,19 +261,14 @@ class GaitNode(LifecycleNode):
                 'reliability to reliable, or image_transport to compressed',
             )
 
-        made = self.create_subscription(
-            kind,
-            topic,
-            received,
-            copy(profile),
-            event_callbacks=SubscriptionEventCallbacks(
-                incompatible_qos=incompatible,
-                # Of frames, which are counted.
-                message_lost=lost if topic == self.camera_topic else None,
-                use_default_callbacks=False,
-            ),
-            qos_overriding_options=OVERRIDABLE,
+        events = SubscriptionEventCallbacks(
+            incompatible_qos=incompatible,
+            # Of frames, which are counted.
+            message_lost=lost if topic == self.camera_topic else None,
+            use_default_callbacks=False,
         )
+        options = {'event_callbacks': events, 'qos_overriding_options': OVERRIDABLE}
+        made = self.create_subscription(kind, topic, received, copy(profile), **options)
         self.inputs.append(lambda: self.destroy_subscription(made))
 
     def enter(self, stamp_ns: int) -> bool:
@@ -278,10 +298,9 @@ class GaitNode(LifecycleNode):
 
     def start(self) -> bool:
         """Configure and activate if the node starts itself; return whether that went well."""
+        steps = self.trigger_configure, self.trigger_activate
         autostart = self.parameters.get(NodeConfig).autostart
-        return not autostart or (
-            self.trigger_configure() == _SUCCESS and self.trigger_activate() == _SUCCESS
-        )
+        return not autostart or all(step() == _SUCCESS for step in steps)
 
     def close(self) -> None:
         """Stop the worker and let go of everything."""
@@ -314,10 +333,10 @@ class GaitNode(LifecycleNode):
     def _join_anew(self) -> None:
         # Images alone are complete as they are.
         if self.topics:
-            stages = {**({'camera': ['image']} if self.has(CameraConfig) else {}), **self.topics}
+            camera = {'camera': {'image': Image}} if self.has(CameraConfig) else {}
             keeps = self.has(SegmenterNodeConfig)
             room = self.parameters.get(SegmenterNodeConfig).keep_images if keeps else QUEUE_DEPTH
-            self.join = ExactJoin(stages, room)
+            self.join = ExactJoin(camera | self.topics, room)
 
     def _disconnect(self) -> None:
         while self.inputs:
@@ -391,14 +410,13 @@ class GaitNode(LifecycleNode):
         self.statistics.finished(now_s - arrived_s, now_s)
 
     def _enable(self, request: SetBool.Request, _: SetBool.Response) -> SetBool.Response:
-        if bool(request.data) != self.enabled:
-            self.enabled = bool(request.data)
-            if self.enabled:
-                self.statistics.expect(time.monotonic())
-            else:
-                # What waits for its other parts waits in vain.
-                self._join_anew()
-                self.later(self.reset, 'reset')
+        if request.data and not self.enabled:
+            self.statistics.expect(time.monotonic())
+        elif self.enabled and not request.data:
+            # What waits for its other parts waits in vain.
+            self._join_anew()
+            self.later(self.reset, 'reset')
+        self.enabled = bool(request.data)
         said = 'enabled' if self.enabled else 'disabled: frames are ignored'
         return SetBool.Response(success=True, message=said)
 

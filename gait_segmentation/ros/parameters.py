@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, cast, TypeVar
 
 from rcl_interfaces.msg import (
     FloatingPointRange,
@@ -60,19 +60,17 @@ class NodeParameters:
         self,
         node: Any,
         groups: Sequence[tuple[str, type[StageConfig]]],
-        *,
         changed: Callable[[StageConfig], None],
     ) -> None:
         """
-        Declare the parameters and read their first values.
+        Declare the parameters of a :class:`GaitNode` by prefix, and read their first values.
 
-        :param node: a :class:`GaitNode`.
-        :param groups: prefix and configuration class.
-        :param changed: called with a new configuration after a change.
         :raises ConfigError: if a value is not allowed.
         """
         self._node = node
+        self._configs: dict[type[StageConfig], StageConfig] = {}
         self._groups = tuple(groups)
+        # Called with each new configuration.
         self._changed = changed
         self._abouts = {
             qualified(group, about.name): about
@@ -103,9 +101,7 @@ class NodeParameters:
 
     def get(self, kind: type[Config]) -> Config:
         """Return the configuration of a class that is in force."""
-        config = self._configs[kind]
-        assert isinstance(config, kind)
-        return config
+        return cast('Config', self._configs[kind])
 
     def _made(self, values: Mapping[str, Any]) -> dict[type[StageConfig], StageConfig]:
         """Make all configurations from those in force and some new values."""
@@ -113,9 +109,8 @@ class NodeParameters:
         for group, kind in self._groups:
             names = {qualified(group, about.name): about.name for about in parameters_of(kind)}
             changes = {names[name]: value for name, value in values.items() if name in names}
-            base = getattr(self, '_configs', {}).get(kind)
             try:
-                made[kind] = dataclasses.replace(base, **changes) if base else kind(**changes)
+                made[kind] = dataclasses.replace(self._configs.get(kind, kind()), **changes)
             except ConfigError as error:
                 raise ConfigError(f'{group}: {error}' if group else str(error)) from error
         return made

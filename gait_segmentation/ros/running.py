@@ -26,7 +26,6 @@ import yaml
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.utilities import remove_ros_args
 
-from gait_segmentation.ros.endpoints import said_by
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.streams.config import CameraConfig, unused
 
@@ -88,7 +87,9 @@ def run_node(make: type[GaitNode], arguments: list[str] | None = None) -> int:
         if rclpy.ok() or code == 2:
             if node is not None:
                 raise
-            print(f'{make.name}: error: {said_by(error)}', file=sys.stderr)
+            # rclpy puts the name below, and points to a place in it.
+            reason = str(error).partition('\n')[0].rstrip(':')
+            print(f'{make.name}: error: {reason}', file=sys.stderr)
             return code
     finally:
         faulthandler.dump_traceback_later(_LONGEST_S, exit=True, file=2)
@@ -152,17 +153,15 @@ def remove_dead_segments(folder: Path) -> None:
     Without this the memory of killed nodes stays until the next boot.  Only this user's segments
     are looked at; a process holds the lock of its segment for as long as it lives.
     """
-    for lock in sorted(folder.iterdir()) if folder.is_dir() else ():
+    for lock in sorted(folder.glob('*_el')):
         named = _LOCK.fullmatch(lock.name)
         # Another process may be cleaning up as well, and a lock that is held is an OSError.
         with suppress(OSError):
             about = lock.lstat()
             if named and about.st_uid == os.geteuid() and time.time() - about.st_mtime > _YOUNG_S:
-                held = os.open(lock, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC)
-                try:
+                flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC
+                with os.fdopen(os.open(lock, flags)) as held:
                     fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                    if os.path.samestat(os.fstat(held), lock.stat()):
+                    if os.path.samestat(os.fstat(held.fileno()), lock.stat()):
                         (folder / named[1]).unlink(missing_ok=True)
                         lock.unlink()
-                finally:
-                    os.close(held)

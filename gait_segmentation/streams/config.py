@@ -228,21 +228,14 @@ def misnamed(given: Iterable[str], known: Collection[str]) -> dict[str, str]:
 
     :returns: from each such name to the most similar one, empty if none is.
     """
-    stages: dict[str, list[str]] = {}
-    for name in known:
-        stage, _, own = name.rpartition('.')
-        stages.setdefault(stage, []).append(own)
+    stages = {name.rpartition('.')[0] for name in known}
     found = {}
     for name in (each for each in given if each not in known):
         stage, _, own = name.rpartition('.')
-        meant = stage if stage in stages else _most_alike(stage, stages)
-        alike = _most_alike(own, stages.get(meant, ())) if meant or not stage else ''
-        if not alike and stage not in _STAGES and not name.startswith('qos_overrides.'):
-            meant, alike = next(((s, own) for s in stages if own in stages[s]), ('', ''))
+        if name.startswith('qos_overrides.') or stage in set(_STAGES) - stages:
+            continue
+        alike = difflib.get_close_matches(name, known, n=1, cutoff=_ALIKE)
+        alike += [each for each in known if each.rpartition('.')[2] == own]
         if alike or (stage and stage in stages):
-            found[name] = qualified(meant, alike) if alike else ''
+            found[name] = alike[0] if alike else ''
     return found
-
-
-def _most_alike(name: str, names: Iterable[str]) -> str:
-    return next(iter(difflib.get_close_matches(name, names, n=1, cutoff=_ALIKE)), '')

@@ -38,7 +38,7 @@ class Graph:
 
     @property
     def warnings(self) -> set[str]:
-        return set().union(*(node.warnings.keys for node in self.nodes))
+        return set().union(*(node.warnings.said_s for node in self.nodes))
 
     def feed(self, *messages: Image) -> dict[str, list[object]]:
         """Feed frames; return what has come for them, having checked that it is one for each."""
@@ -114,7 +114,10 @@ def test_another_image_size_resets_and_the_stream_goes_on(graph: Graph) -> None:
     assert [mask.shape for mask in masks(new)] == [(140, 200)] * 2
     assert not any(mask.any() for mask in masks(new))
     # Every node that sees the images has heard of it.
-    assert [n.name for n in graph.nodes if 'size' not in n.warnings.keys] in ([], ['gait_matcher'])
+    assert [n.name for n in graph.nodes if 'size' not in n.warnings.said_s] in (
+        [],
+        ['gait_matcher'],
+    )
     assert masks(graph.track(5, 2))[0].any()
 
 
@@ -195,7 +198,7 @@ def test_nodes_find_what_the_stages_find_again_in_a_bag_that_loops_and_keep_noth
     bench.record_outputs()
     camera = bench.publisher(Image, 'image', CAMERAS[style])
     # What is known of the stream and not of who is in it.
-    kept = ['statistics', 'warnings', 'join', '_lessons', '_armed', '_pool']
+    kept = ['statistics', 'warnings', 'join', '_lessons', 'armed', '_pool']
     kept += ['_worker', 'shape', '_shape', '_likelihood', '_size']
     before = [remembered(node, *kept) for node in nodes]
     for _ in range(2):

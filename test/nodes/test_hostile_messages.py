@@ -19,7 +19,7 @@ from std_msgs.msg import Header
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import ENCODINGS
 from gait_segmentation.nodes.localizer_node import LocalizerNode
-from gait_segmentation.ros.endpoints import LATCHED
+from gait_segmentation.ros.lifecycle import LATCHED
 from gait_segmentation.ros.messages import box_message, image_message
 from gait_segmentation.streams.fields import GAIT_NAMES
 from test.hostile import examples

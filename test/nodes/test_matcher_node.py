@@ -12,7 +12,7 @@ from sensor_msgs.msg import Image, RegionOfInterest
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.nodes.matcher_node import MatcherNode
-from gait_segmentation.ros.endpoints import LATCHED
+from gait_segmentation.ros.lifecycle import LATCHED
 from gait_segmentation.ros.messages import box_message, image_message
 from gait_segmentation.streams.fields import read_body, read_box
 from test.nodes.bench import DEEP, Bench, header
@@ -135,22 +135,10 @@ def test_what_cannot_be_used_gives_empty_outputs(bench: Bench, size: tuple[int, 
     assert headers == [header(index) for index in range(last + 2)]
 
 
-def test_frames_of_which_a_part_never_comes_are_counted(bench: Bench) -> None:
-    door = Door(bench)
-    door.publish(0, 1.0)
-    door.wait(1)
-    for index in (1, 2):
-        door.boxes.publish(box_message(BOX.corners(), 4, header(index)))
-    for index in (3, 4):
-        door.publish(index, 1.0)
-        door.wait(index - 1)
-    assert door.node.statistics.dropped == 2
-
-
 def test_a_size_that_is_not_latched_is_said_to_be_unheard(bench: Bench, capfd) -> None:
     node = bench.add(MatcherNode)
     bench.probe.create_publisher(RegionOfInterest, 'image_size', DEEP)
-    bench.until(lambda: 'image_size' in node.warnings.keys, 'the warning')
+    bench.until(lambda: 'image_size' in node.warnings.said_s, 'the warning')
     said = capfd.readouterr().err
     assert 'a publisher on image_size offers an incompatible QoS (DURABILITY)' in said
     assert 'it must be reliable and transient local' in said

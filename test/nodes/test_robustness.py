@@ -12,11 +12,10 @@ from typing import Any
 
 import pytest
 import rclpy
-from geometry_msgs.msg import PolygonInstanceStamped
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import Image, RegionOfInterest
+from sensor_msgs.msg import Image
 
 from gait_segmentation.nodes.matcher_node import MatcherNode
 from gait_segmentation.nodes.pipeline_node import PipelineNode
@@ -78,25 +77,6 @@ def test_of_frames_that_wait_too_many_are_dropped_and_counted(bench: Bench) -> N
     assert about.dropped == 9 - about.processed > 0
     assert len(bench.received['mask']) == about.processed
     assert bench.received['mask'][-1].header == header(8)
-
-
-def test_of_a_flood_of_boxes_no_more_start_than_there_are_slots(bench: Bench) -> None:
-    node = bench.add(TrackerNode, max_people=2)
-    bench.record_outputs('person_0/box')
-    others = bench.record(PolygonInstanceStamped, 'person_1/box')
-    starter = bench.publisher(RegionOfInterest, 'init_roi', 1)
-    # While the worker is busy.
-    go = threading.Event()
-    node.later(lambda: go.wait(60.0))
-    for left in range(9):
-        starter.publish(RegionOfInterest(x_offset=left, y_offset=9, width=24, height=80))
-        bench.executor.spin_once(timeout_sec=0.1)
-    go.set()
-    bench.feed(bench.publisher(Image, 'image', 1), [frame(0)])
-    bench.until(lambda: len(others) == 1, 'the other box')
-    found = (bench.received['person_0/box'][0], others[0])
-    assert [message.polygon.id for message in found] == [1, 2]
-    assert node.status()['people'] == '2'
 
 
 def test_a_node_that_is_started_again_joins_the_others(bench: Bench) -> None:

@@ -15,8 +15,8 @@ from std_srvs.srv import SetBool
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
+from gait_segmentation.ros.diagnostics import Warnings
 from gait_segmentation.ros.messages import box_message, image_message
-from gait_segmentation.streams.health import Warnings
 from test.nodes.bench import Bench, frame, header
 
 MASKS = ('mask', 'person_0/mask', 'labels')

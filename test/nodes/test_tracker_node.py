@@ -9,7 +9,6 @@ import cv2
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PolygonInstance, PolygonInstanceStamped
-from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CompressedImage, Image, RegionOfInterest
 from std_srvs.srv import SetBool, Trigger
@@ -22,12 +21,11 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_bgr, read_mono8
 from gait_segmentation.nodes import camera_node
 from gait_segmentation.nodes.tracker_node import TrackerNode
-from gait_segmentation.ros import outputs
+from gait_segmentation.ros import messages as outputs
 from gait_segmentation.ros.diagnostics import missing_input
-from gait_segmentation.ros.endpoints import LATCHED
+from gait_segmentation.ros.lifecycle import LATCHED
 from gait_segmentation.ros.messages import box_message, image_message
 from gait_segmentation.streams.fields import stamp_of
-from gait_segmentation.tracking import TrackingConfig
 from test.nodes.bench import Bench, frame, header
 
 BOX = [30.0, 20.0, 24.0, 80.0]
@@ -88,7 +86,7 @@ def test_feedback_that_does_not_fit_is_ignored(bench: Bench) -> None:
     matched.publish(box_message(((0, 0), (9, 0), (9, 9), (0, 9)), 1, header(0)))
     masks.publish(image_message(wrong, header(0)))
     priors.publish(image_message(wrong, header(0)))
-    bench.until(lambda: 'feedback' in node.warnings.keys, 'the warning')
+    bench.until(lambda: 'feedback' in node.warnings.said_s, 'the warning')
     bench.feed(camera, [frame(1)])
     assert boxes(bench) == [4, 4]
 
@@ -100,20 +98,6 @@ def test_stamps_that_are_not_positive_are_refused_as_they_are(bench: Bench, capf
     node.receive('image', odd)
     assert 'a message with the stamp -1.5 s is ignored' in capfd.readouterr().err
     assert missing_input(node) == 'what comes has no stamp'
-
-
-def test_parameters_change_live(bench: Bench) -> None:
-    node = bench.add(TrackerNode)
-    before = node.stage.config
-    (result,) = node.set_parameters([Parameter('tracking.colour_rate', value=0.4)])
-    assert result.successful
-    bench.settle()
-    assert node.stage.config.colour_rate == 0.4
-    assert node.stage.config is node.parameters.get(TrackingConfig) is not before
-    for name, value in (('tracking.working_size', 320), ('backlog', 0)):
-        (result,) = node.set_parameters([Parameter(name, value=value)])
-        assert not result.successful
-        assert result.reason
 
 
 def test_a_configuration_that_fails_leaves_the_node_unconfigured(
@@ -156,7 +140,7 @@ def test_services_reset_and_disable(bench: Bench) -> None:
     # Who was tracked is forgotten.
     assert boxes(bench)[:2] == [4, 4]
     assert boxes(bench)[-1] == 0
-    node.intake.request(Box(*BOX))
+    node.intake.requested.append(Box(*BOX))
     bench.feed(camera, [frame(4)])
     assert boxes(bench)[-1] == 4
     assert bench.call(Trigger, 'gait_tracker/reset', Trigger.Request()).success
@@ -216,7 +200,7 @@ def test_diagnostics_report_frames_and_track(bench: Bench) -> None:
     bench.probe.create_publisher(PolygonInstanceStamped, 'person_0/box', 10)
     said = '/probe publishes /person_0/box, too'
     bench.until(lambda: reports[-1].status[0].message.startswith(said), 'the warning')
-    assert 'twice' in node.warnings.keys
+    assert 'twice' in node.warnings.said_s
 
 
 def test_the_qos_of_endpoints_can_be_overridden(bench: Bench) -> None:
@@ -304,5 +288,5 @@ def test_the_detector_looks_beside_the_frames(bench: Bench, monkeypatch) -> None
         bench.feed(camera, [frame(4 * index)])
     assert boxes(bench)[0] == 0
     assert boxes(bench)[-1] == 4
-    assert 'detector' in node.warnings.keys
+    assert 'detector' in node.warnings.said_s
     assert node.status()['detector'].startswith('sees 1, ')

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+from collections.abc import Iterable
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
@@ -14,11 +15,12 @@ from diagnostic_msgs.msg import DiagnosticStatus
 
 from gait_segmentation.ros.diagnostics import (
     Diagnostics,
+    Statistics,
+    Warnings,
     missing_input,
     no_images,
     published_twice,
 )
-from gait_segmentation.streams.health import Statistics
 
 TIME = Time(sec=10)
 
@@ -69,10 +71,11 @@ def test_the_level_says_what_is_wrong() -> None:
     # What a node has to say is a warning where frames go well.
     why = 'located: 0 of 1, why'
     assert judged(statistics, trouble=why) == (DiagnosticStatus.WARN, why)
-    statistics.stale = 3
+    statistics.stale, statistics.dropped = 3, 4
     status, values = told(statistics)
-    assert (status.level, values['stale']) == (DiagnosticStatus.WARN, '3')
-    assert '3 frames dropped or stale' in status.message
+    counts = [values[name] for name in ('received', 'processed', 'dropped', 'stale', 'failed')]
+    assert (status.level, counts) == (DiagnosticStatus.WARN, list('11430'))
+    assert '7 frames dropped or stale' in status.message
     assert judged(statistics) == (DiagnosticStatus.OK, 'active')
     statistics.failed = 2
     assert judged(statistics, trouble=why) == (
@@ -224,10 +227,46 @@ def test_who_publishes_the_same_is_named(others: list[tuple[str, str]], said: st
     assert bool(published_twice(node)) == bool(said)
 
 
-def test_every_count_is_told_under_its_name() -> None:
+def test_rates_are_those_of_the_last_seconds() -> None:
     statistics = Statistics()
-    names = 'received', 'processed', 'dropped', 'stale', 'failed'
-    for count, name in enumerate(names, 1):
-        setattr(statistics, name, count)
-    values = told(statistics)[1]
-    assert [values[name] for name in names] == list('12345')
+    for index in range(31):
+        statistics.arrived(100 + index / 30, index)
+        statistics.finished(0.01, 100 + index / 10)
+    assert statistics.rates_hz(103.0) == (pytest.approx(30), pytest.approx(10))
+    assert statistics.rates_hz(120.0) == (0, 0)
+    assert (statistics.received, statistics.last_stamp_ns) == (31, 30)
+
+
+def test_latencies_are_median_and_95th_percentile() -> None:
+    statistics = Statistics()
+    for value in range(101):
+        statistics.finished(value / 1000)
+    assert statistics.latency_ms() == (pytest.approx(50), pytest.approx(95))
+    assert statistics.processed == 101
+
+
+class Log:
+    """Warnings at given times, and what was logged."""
+
+    def __init__(self, times: Iterable[float]) -> None:
+        self.said: list[str] = []
+        clock = iter(times)
+        self.warnings = Warnings(self.said.append, lambda: next(clock))
+
+
+def test_warnings_of_one_key_are_at_least_10_seconds_apart() -> None:
+    log = Log((0.1, 1.0, 2.0, 10.0, 10.2, 20.1, 20.3))
+    texts = [('a', 'first'), ('b', 'other'), *(('a', text) for text in ('2', '3', '4', '5', '6'))]
+    for each in texts:
+        log.warnings.warn(*each)
+    assert log.said == ['first', 'other', '4', '6']
+    assert log.warnings.said_s.keys() == {'a', 'b'}
+
+
+def test_a_line_of_the_log_is_short_whatever_names_are_in_it() -> None:
+    log = Log((0.0,))
+    log.warnings.warn('names', f'got {["x" * 50_000]}')
+    (said,) = log.said
+    assert len(said) < 500
+    assert said.startswith('got [')
+    assert said.endswith('(50008 characters)')

@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from gait_segmentation.streams.frames import ExactJoin, Worker
+from gait_segmentation.ros.frames import ExactJoin, Worker
 
 STAGES = {'camera': 'a', 'tracker': 'b', 'matcher': 'cd'}
 
@@ -38,7 +38,7 @@ def test_what_is_on_the_way_when_stamps_jump_back_is_not_lost(seed: int) -> None
             assert len(set(parts.values())) == 1
             found.append(parts['a'])
     assert sorted(found) == list(range(len(stamps)))
-    assert (len(join), join.dropped) == (0, {})
+    assert (len(join._entries), join.dropped) == (0, {})
 
 
 def test_what_is_dropped_is_counted_by_the_first_node_it_lacks_a_part_of() -> None:
@@ -49,7 +49,7 @@ def test_what_is_dropped_is_counted_by_the_first_node_it_lacks_a_part_of() -> No
     for part, stamp in (('b', 12), ('b', 13), ('c', 13)):
         join.add(part, stamp, 'x')
     assert join.add('d', 13, 'x') is not None
-    assert (len(join), join.dropped) == (0, {'tracker': 1, 'matcher': 1})
+    assert (len(join._entries), join.dropped) == (0, {'tracker': 1, 'matcher': 1})
 
 
 def test_an_entry_is_counted_once_however_late_its_parts_come() -> None:
@@ -68,7 +68,7 @@ def test_what_there_is_no_room_for_is_a_loss_once_anything_was_complete(begun: b
     for stamp in range(11, 16):
         join.add('a', stamp, 'x')
     assert join.waits_for == 'tracker'
-    assert (len(join), join.dropped) == (2, {'tracker': 3} if begun else {})
+    assert (len(join._entries), join.dropped) == (2, {'tracker': 3} if begun else {})
 
 
 def test_a_node_whose_parts_wait_is_not_waited_for() -> None:

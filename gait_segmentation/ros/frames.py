@@ -21,29 +21,15 @@ class ExactJoin:
     """
 
     def __init__(self, stages: Mapping[str, Iterable[str]], capacity: int) -> None:
-        """
-        Make an empty join.
-
-        :param stages: the parts that make an entry complete, by the node they come from, in the
-            order of the work.
-        :param capacity: incomplete entries kept.
-        """
+        """Keep ``capacity`` entries; parts are named by their node, in the order of the work."""
         self._stages = {part: stage for stage, parts in stages.items() for part in parts}
         self._first = next(iter(self._stages))
         self.capacity = capacity
         self.dropped: Counter[str] = Counter()
-        """
-        Entries dropped since the first that was complete, by the node they lacked a part of.
-
-        Without the first part of all an entry is the rest of one that was dropped before.
-        """
+        """Entries dropped since the first that was complete, by the node they lacked a part of."""
 
         self._entries: dict[int, dict[str, Any]] = {}
         self._joined = False
-
-    def __len__(self) -> int:
-        """Return the number of incomplete entries."""
-        return len(self._entries)
 
     @property
     def waits_for(self) -> str:
@@ -53,11 +39,7 @@ class ExactJoin:
         return '' if newest is None else self._lacking(newest)
 
     def add(self, part: str, stamp_ns: int, value: Any) -> dict[str, Any] | None:
-        """
-        Take in a part, of which the first of a stamp counts.
-
-        :returns: all parts by name if the stamp is complete now, else None.
-        """
+        """Take in a part, the first of a stamp counts; return all if they are complete now."""
         entry = self._entries.setdefault(stamp_ns, {})
         entry.setdefault(part, value)
         if len(entry) == len(self._stages):
@@ -71,6 +53,7 @@ class ExactJoin:
 
     def _drop(self, stamp_ns: int) -> None:
         entry = self._entries.pop(stamp_ns)
+        # Without the first part of all it is the rest of one that was dropped before.
         if self._joined and self._first in entry:
             self.dropped[self._lacking(entry)] += 1
 
@@ -112,11 +95,7 @@ class Worker:
             return dropped
 
     def call(self, function: Callable[[], None], kind: str = '', most: int = 1) -> None:
-        """
-        Have a function called before the next frame.
-
-        :param kind: of which only the ``most`` newest calls wait; those without a kind all do.
-        """
+        """Call a function before the next frame; of a kind only the ``most`` newest calls wait."""
         with self._changed:
             alike = [each for each in self._calls if kind and each[0] == kind]
             for each in alike[: max(len(alike) + 1 - most, 0)]:
@@ -133,14 +112,11 @@ class Worker:
 
     def stop(self) -> None:
         """Let the frame in work finish, drop the rest and end the thread."""
-        self._close()
-        if threading.current_thread() is not self._thread:
-            self._thread.join()
-
-    def _close(self) -> None:
         with self._changed:
             self._closed = True
             self._changed.notify_all()
+        if threading.current_thread() is not self._thread:
+            self._thread.join()
 
     def _next(self) -> Callable[[], None] | None:
         """Wait for something to do; return None when closed."""
@@ -161,4 +137,4 @@ class Worker:
                 do()
         except Exception as error:  # For the thread that can end the process.
             self.failure = error
-            self._close()
+            self.stop()

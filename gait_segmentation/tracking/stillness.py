@@ -1,0 +1,60 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whether what a track holds is a thing: it has ceased to move, and looks otherwise since."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.scene.scene import MOTION_GAP
+from gait_segmentation.tracking.appearance import similarity
+
+_STILL_NS = 300_000_000
+"""Time without motion after which it is asked what is there: people sway, things do not."""
+
+_MOVES = 0.01
+"""Least share of a person's pixels that move, seen over some frames, though they stand."""
+
+_UNLIKE = 0.9
+"""Similarity of the colours below which they are not those of who moved: people change little."""
+
+
+class Stillness:
+    """
+    When a person was seen to move last, and what they looked like before that.
+
+    Whoever leaves uncovers what is behind them, which moves no more, and looks otherwise: a track
+    that goes on with it has learnt its colours, and is as sure of it as of the person.  Somebody
+    who stands quite still looks as before.
+    """
+
+    def __init__(self) -> None:
+        self.is_doubted = False
+        """Whether what is there neither moves nor looks like the person who did."""
+
+        self._moved_ns = 0
+        # Those who move look as they did before the frames that motion is seen over.
+        self._looks: deque[NDArray[np.float32]] = deque(maxlen=MOTION_GAP + 2)
+
+    def is_asked(self, stamp_ns: int, moving: float) -> bool:
+        """
+        Take in a frame, and return whether it is to be seen what is there.
+
+        :param moving: share of what is expected to be the person that moves against the world.
+        """
+        if moving >= _MOVES or not self._moved_ns:
+            self._moved_ns, self.is_doubted = stamp_ns, False
+        return stamp_ns - self._moved_ns >= _STILL_NS
+
+    def remember(self, looks: NDArray[np.float32], stamp_ns: int) -> None:
+        """Take in what a person looks like, see ``colour_signature``, in a frame they move in."""
+        if stamp_ns == self._moved_ns:
+            self._looks.append(looks)
+
+    def judge(self, looks: NDArray[np.float32]) -> None:
+        """Take in what is there that does not move, see ``colour_signature``."""
+        if self._looks and similarity(self._looks[0], looks) < _UNLIKE:
+            self.is_doubted = True
