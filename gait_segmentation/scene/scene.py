@@ -239,9 +239,10 @@ class View:
         first = max(0, index - _GAP)
         earlier = frames[first]
         motion = WorldMotion.over(each.motion for each in frames[first + 1 : index + 1])
-        gray = frame.image.gray, earlier.image.gray
+        gray = frame.image.gray
         for window in frame.windows:
-            moving = moving_pixels(*gray, motion, window, self.background.sigma)
+            then = motion.warped(earlier.image.gray, window)
+            moving = moving_pixels(gray[window], then, self.background.sigma)
             if (before := self.people_in(earlier)) is not None:
                 # What people have just uncovered has changed but is background.
                 left = motion.warped(before, window, cv2.BORDER_CONSTANT)
@@ -456,25 +457,18 @@ def _hidden_after(
 
 
 def moving_pixels(
-    gray: NDArray[np.uint8],
-    earlier: NDArray[np.uint8],
-    motion: WorldMotion,
-    window: Window,
-    spread: float,
+    gray: NDArray[np.uint8], then: NDArray[np.uint8], spread: float
 ) -> NDArray[np.uint8]:
     """
     Return where something moves against the still world, (h, w) uint8, 1 where it does.
 
-    :param gray: (H, W) uint8 brightness of this frame.
-    :param earlier: (H, W) uint8, that of a frame some frames back.
-    :param motion: of the still world from then to now.
-    :param window: rows and columns to look at.
+    :param gray: (h, w) uint8 brightness of a window of this frame.
+    :param then: (h, w) uint8, that of some frames before, warped with the still world.
     :param spread: of a still pixel about its mean, in grey levels.
     """
-    then = motion.warped(earlier, window)
     if then.size == 0:
         return np.zeros(then.shape, np.uint8)
-    change = cv2.blur(cv2.absdiff(gray[window], then), (_SIDE, _SIDE))
+    change = cv2.blur(cv2.absdiff(gray, then), (_SIDE, _SIDE))
     level = math.floor(_LEVEL + _SPREADS * spread)
     _, moving = cv2.threshold(change, level, 1, cv2.THRESH_BINARY)
     return np.asarray(cv2.dilate(moving, np.ones((_SIDE, _SIDE), np.uint8)))

@@ -85,22 +85,22 @@ def similarity(one: NDArray[np.float32], other: NDArray[np.float32]) -> float:
 
 
 class Appearance:
-    """The colours of a person over time."""
+    """The colours of a person over time; ``last`` are those of the last mask."""
 
     def __init__(self, signature: NDArray[np.float32]) -> None:
-        self._mean = self._last = signature
+        self._mean = self.last = signature
 
     def fade(self, chroma: float) -> None:
         """Go on as if all colours had the same a* and b*, and their own lightness."""
         place = (chroma - _CHROMA_FROM) / _CHROMA_STEP - 0.5
         near = np.maximum(1 - np.abs(np.arange(_CHROMA, dtype=np.float32) - np.float32(place)), 0)
-        bins = np.stack([self._mean, self._last]).reshape(2, 3, _LIGHT, _CHROMA, _CHROMA)
+        bins = np.stack([self._mean, self.last]).reshape(2, 3, _LIGHT, _CHROMA, _CHROMA)
         faded = bins.sum(axis=(3, 4), keepdims=True) * np.outer(near, near)
-        self._mean, self._last = faded.reshape(2, 3, -1)
+        self._mean, self.last = faded.reshape(2, 3, -1)
 
     def add(self, signature: NDArray[np.float32]) -> None:
         """Take in those of a frame, see :func:`colour_signature`."""
-        self._last = signature
+        self.last = signature
         self._mean = self._mean + np.float32(_RATE) * (signature - self._mean)
 
     def similarity(self, signature: NDArray[np.float32]) -> float:
@@ -117,5 +117,5 @@ class Appearance:
         """
         if self.similarity(signature) >= SAME_COLOURS:
             return True
-        known = self.similarity(self._last) >= SAME_COLOURS
-        return known and similarity(self._last, signature) >= SAME_COLOURS
+        known = self.similarity(self.last) >= SAME_COLOURS
+        return known and similarity(self.last, signature) >= SAME_COLOURS

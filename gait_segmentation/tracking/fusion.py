@@ -85,7 +85,8 @@ class FusionTrack(Track):
         outside = cv2.erode(1 - inside, np.ones((3, 3), np.uint8))
         self._learn_colours(view.now.image.lab_part(self.window), inside, outside, 1.0, 1.0)
         self.heat_map = HeatMapCue()
-        self.cues = (MotionCue(), self.heat_map)
+        self.motion = MotionCue()
+        self.cues = (self.motion, self.heat_map)
         self.appearance = Appearance(self._signature(start.mask, view.now, self.window))
 
     def expected_mask(self) -> NDArray[np.uint8]:
@@ -135,6 +136,23 @@ class FusionTrack(Track):
                 self.pose = self.pose.scaled(shift.scale)
         self.show(values, visibility, claim)
 
+    def observe(
+        self, likelihood: NDArray[np.uint8], claim: PixelClaim, occluder: NDArray[np.uint8] | None
+    ) -> None:
+        """See how well the person stands out, and whether they move; see the base class."""
+        super().observe(likelihood, claim, occluder)
+        if self.seen >= LEAST_SEEN:
+            self._see_motion(likelihood[claim.window], claim)
+
+    def _see_motion(self, values: NDArray[np.uint8], claim: PixelClaim) -> None:
+        """Take in whether what is likely, (h, w) uint8 of the claim's window, moves."""
+        stamp_ns = self.view.now.image.stamp_ns
+        if self.stillness.is_asked(stamp_ns, self.motion.moving):
+            likely = np.zeros(self.view.shape, np.uint8)
+            likely[claim.window] = np.where(values > 127, claim.mask, 0)
+            self.stillness.judge(self._signature(likely, self.view.now, claim.window))
+        self.stillness.remember(self.appearance.last, stamp_ns)
+
     def enter(self, state: str, reason: str) -> None:
         """Go over to a state; of who is lost no template is known."""
         super().enter(state, reason)
@@ -146,6 +164,7 @@ class FusionTrack(Track):
         expected = placed(claim.mask, claim.window, self.view.shape)
         self.mask = self.visible = Silhouette(expected, self.displacement)
         super().find(values, visibility, claim)
+        self._see_motion(values, claim)
 
     def looks_alike(self, mask: NDArray[np.uint8]) -> bool:
         """Return whether the colours in a mask are those of the person."""

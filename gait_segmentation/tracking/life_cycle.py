@@ -25,7 +25,8 @@ def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str,
     the shape of a body, and confirmed after three. A tracked person is lost in a gap, outside of
     the image, and when too little is seen in two frames in a row. A lost person is tracked again
     when they are found, and ended when they are not for so long as ``patience`` says. Whom a
-    detector saw reliably and does not any more is lost until it sees them again.
+    detector saw reliably and does not any more is lost until it sees them again, and so is what
+    looks otherwise since it has ceased to move, until it does.
 
     :param stamp_ns: of the newest frame.
     :param gap_s: seconds without a frame before that.
@@ -38,16 +39,26 @@ def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str,
             return ENDED, 'it has not the shape of a body'
     if gap_s > GAP_S:
         return LOST, f'no frame came for {gap_s:.1f} s'
-    if lost and track.found and not track.attendance.is_doubted:
+    doubt = _doubt(track)
+    if lost and track.found and not doubt:
         return TRACKED, ''
     if lost and track.lost_s > track.config.patience:
         return ENDED, f'not found for {track.lost_s:.1f} s'
     if lost:
         return LOST, track.reason
-    if track.attendance.is_doubted:
-        return LOST, 'the detector, which saw them, does not any more'
+    if doubt:
+        return LOST, doubt
     if track.is_outside:
         return LOST, 'outside of the image'
     if track.unseen_frames >= _LOST_FRAMES:
         return LOST, 'hidden, or not distinct from the surroundings'
     return TRACKED, ''
+
+
+def _doubt(track: Track) -> str:
+    """Return what says that it is not the person any more, '' if nothing does."""
+    if track.attendance.is_doubted:
+        return 'the detector, which saw them, does not any more'
+    if track.stillness.is_doubted:
+        return 'what is there does not move, and looks otherwise than they did'
+    return ''

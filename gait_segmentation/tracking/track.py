@@ -23,6 +23,7 @@ from gait_segmentation.tracking.association import PixelClaim
 from gait_segmentation.tracking.attendance import Attendance
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.pose import Pose
+from gait_segmentation.tracking.stillness import Stillness
 from gait_segmentation.tracking.visibility import ALONE, LEAST_SEEN, Visibility, visible_box
 
 _COAST_S, _STOP_S, _MOST_LOST_S = 1.0, 0.5, 1.0
@@ -70,7 +71,8 @@ class Track(ABC):
 
     ``pose`` is that in the newest frame, and ``states`` has one entry for each frame that is
     kept.  ``state`` is tracked or lost, with the ``reason``, as :func:`.next_state` says;
-    ``probation`` is that of a candidate.
+    ``probation`` is that of a candidate.  ``attendance`` is what a detector saw of them,
+    and ``stillness`` what their own motion tells.
     ``seen`` is the share of the person seen last, too little for ``unseen_frames``, ``lost_s`` the
     seconds since a lost person was seen, and ``found`` whether they are in the newest frame.
     """
@@ -83,7 +85,7 @@ class Track(ABC):
         self.track_id, self.view, self.config, self.pose = track_id, view, config, pose
         self.state, self.reason, self.confidence = TRACKED, '', 0.0
         self.probation: Probation | None = None
-        self.attendance = Attendance()
+        self.attendance, self.stillness = Attendance(), Stillness()
         self.states = deque([State(view.now, (0.0, 0.0))], maxlen=MOST_KEPT)
         self.seen, self.unoccluded = 1.0, True
         self.lost_s, self.unseen_frames, self.found = 0.0, 0, False

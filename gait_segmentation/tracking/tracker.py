@@ -167,9 +167,8 @@ class PeopleTracker:
             # No view has followed the place meanwhile.
             self._scene = Scene(source)
         self._stamp_ns = stamp_ns
-        sighting = self._starter.look(
-            image, stamp_ns, self._slots.known(stamp_ns, given=self._given)
-        )
+        given = self._given or bool(self._boxes)
+        sighting = self._starter.look(image, stamp_ns, self._slots.known(stamp_ns, given=given))
         if sighting is not None and sighting.heat_map is not None:
             self.add_heat_map(sighting.heat_map, sighting.stamp_ns)
         heat = self._heat_maps.newest(image, stamp_ns, self.config.heat_map_age)
@@ -180,8 +179,7 @@ class PeopleTracker:
             for track in self.tracks():
                 there, lost = track.boxes_at(sighting.stamp_ns), track.state == LOST
                 track.attendance.add(sighting.people, there, lost=lost)
-        boxes, self._boxes = self._boxes, []
-        self._given = self._given or bool(boxes)
+        boxes, self._boxes, self._given = self._boxes, [], given
         # Before the boxes: what the camera saw until now tells what in them is the person.
         at_first = bool(boxes) and not self._scene.views
         seen_ns = stamp_ns if sighting is None else sighting.stamp_ns

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
-from gait_segmentation.scene.scene import MOTION_GAP
+from gait_segmentation.scene.scene import MOTION_GAP, moving_pixels
 from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.tracking.cues import Cue, CueInput, Evidence
 
@@ -58,6 +58,8 @@ class MotionCue(Cue):
         """Of person and surroundings, the share of pixels of each pair of differences."""
 
         self._masks = 0
+        self.moving = 1.0
+        """Share of what is expected to be the person that moves against the world."""
 
     def evidence(self, given: CueInput) -> Evidence | None:
         """Return what motion says; see :meth:`Cue.evidence`."""
@@ -65,14 +67,22 @@ class MotionCue(Cue):
         recent = list(given.states)[-1 - MOTION_GAP :]
         state = next(each for each in recent if each.frame in view.frames)
         earlier = state.frame
-        usable = earlier is not view.now and not earlier.blank and given.seen
+        self.moving = 1.0
+        usable = earlier is not view.now and not earlier.blank
         if not (usable and given.config.use_motion_cue):
             return None
         motion, (dx, dy) = view.motion_since(earlier), given.moved(state)
+        gray = view.now.image.gray[window]
         stays = motion.warped(earlier.image.gray, window)
+        person = given.expected > 127
+        # A frame that was repeated says nothing of motion.
+        if person.any() and not np.array_equal(view.now.image.gray, earlier.image.gray):
+            moving = moving_pixels(gray, stays, view.background.sigma)
+            self.moving = float(moving[person].mean())
+        if not given.seen:
+            return None
         body = WorldMotion(np.array([[1, 0, dx], [0, 1, dy], [0, 0, 1]]))
         moves = body.warped(earlier.image.gray, window)
-        gray = view.now.image.gray[window]
         stay, move = (cv2.blur(cv2.absdiff(gray, each), (3, 3)) for each in (stays, moves))
         covered = np.zeros_like(stay)
         if (people := view.people_in(earlier)) is not None:
