@@ -9,7 +9,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.scene.scene import MOTION_GAP
+from gait_segmentation.scene.scene import MOST_KEPT
 from gait_segmentation.tracking.appearance import similarity
 
 _STILL_NS = 300_000_000
@@ -36,8 +36,9 @@ class Stillness:
         """Whether what is there neither moves nor looks like the person who did."""
 
         self._moved_ns = 0
-        # Those who move look as they did before the frames that motion is seen over.
-        self._looks: deque[NDArray[np.float32]] = deque(maxlen=MOTION_GAP + 2)
+        # What covers somebody, as a door does, becomes theirs frame by frame: what counts is what
+        # they looked like before that.
+        self._looks: deque[NDArray[np.float32]] = deque(maxlen=MOST_KEPT)
 
     def is_asked(self, stamp_ns: int, moving: float) -> bool:
         """
