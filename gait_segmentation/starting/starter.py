@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +25,15 @@ from gait_segmentation.starting.sightings import Sightings
 BY_WALK, BY_MAP, BY_DETECTOR = 'walk', 'map', 'detector'
 """What people are found by."""
 
+_MOST_THINGS, _SAME_THING = 32, 0.3
+"""Things that are remembered, and intersection over union of boxes that are of the same."""
+
+_PART, _ABOUT = 0.75, 0.25
+"""
+Height of what may be left of somebody who leaves the image, and how far beside them it may be, in
+their heights.
+"""
+
 
 class Proposal(NamedTuple):
     """Somebody found: a box in source pixels, and what they are found by."""
@@ -36,14 +47,15 @@ class Known(NamedTuple):
     Whom a tracker knows, as boxes in source pixels.
 
     ``tracked`` are bodies, no wider than one, ``tried`` those of people on trial, ``visible`` what
-    can be seen of either, and the bodies as they are; so many are ``lost``, and of ``silent`` ones
-    the last look saw nothing.  With ``given`` boxes whoever gives them is to give all.
+    can be seen of either, and the bodies as they are, ``lost`` the bodies of those who are, where
+    they are expected; of ``silent`` ones the last look saw nothing.  With ``given`` boxes whoever
+    gives them is to give all.
     """
 
     tracked: tuple[Box, ...] = ()
     tried: tuple[Box, ...] = ()
     visible: tuple[Box, ...] = ()
-    lost: int = 0
+    lost: tuple[Box, ...] = ()
     silent: bool = False
     given: bool = False
 
@@ -80,12 +92,20 @@ class Starter:
         """Forget all that was seen, for another place is shown from now on."""
         self.walkers.stop()
         self._maps, self._sightings = MapFinder(self._shapes), Sightings()
+        self._things = deque[Box](maxlen=_MOST_THINGS)
         self._lookout.reset()
 
     @property
     def background(self) -> WholeView | None:
         """Return the scene as it was before there were people, None if it is not known."""
         return self.walkers.background
+
+    def reject(self, box: Box) -> None:
+        """Take nobody any more for a person who is seen just there, where a thing is."""
+        self._things.append(box)
+
+    def _is_thing(self, box: Box) -> bool:
+        return any(box.iou(thing) > _SAME_THING for thing in self._things)
 
     def look(self, image: NDArray[np.uint8], stamp_ns: int, known: Known) -> Sighting | None:
         """
@@ -127,15 +147,31 @@ class Starter:
         searched = max(1.0, max(scene.source) / self.config.search_size)
         least = self.config.least_height * searched
         # A person who is lost is looked for in maps though boxes are given.
-        wanted = known.lost > 0 if known.given else free
+        wanted = bool(known.lost) if known.given else free
         wanted = wanted and (self.config.auto_init != 'none' or given)
         if wanted and heat is not None and heat.stamp_ns == scene.stamp_ns:
             boxes = [*known.tracked, *known.tried, *(each.box for each in found)]
             shown = self._maps.update(heat, scene.source, boxes, least)
-            found += [Proposal(box, BY_MAP) for box in shown]
+            people = [*known.tracked, *known.lost]
+            found += [
+                Proposal(box, BY_MAP)
+                for box in shown
+                if not (self._is_thing(box) or _is_part(box, people, scene.source))
+            ]
         asked = self.config.auto_init == 'detector' and free
         if asked and sighting is not None and sighting.people is not None:
             boxes = [*(each.box for each in found), *known.visible]
-            seen = self._sightings.update(sighting.stamp_ns, sighting.people, boxes, least)
+            others = [each for each in sighting.people if not self._is_thing(each.box)]
+            seen = self._sightings.update(sighting.stamp_ns, others, boxes, least)
             found += [Proposal(box, BY_DETECTOR) for box in seen]
         return found
+
+
+def _is_part(box: Box, people: Sequence[Box], source: tuple[int, int]) -> bool:
+    """Return whether a region is what is left of somebody who leaves an image of (H, W)."""
+    for body in people:
+        inside = body.x >= 0 and body.right <= source[1] and body.bottom <= source[0]
+        about = body.padded(_ABOUT * body.height, _ABOUT * body.height)
+        if not inside and box.height < _PART * body.height and about.iou(box) > 0:
+            return True
+    return False

@@ -33,6 +33,12 @@ class Attendance:
         self._seen, self._looks = 1.0, 2.0
         self._silence, self._missed = 0.0, 0
 
+    def renewed(self) -> Attendance:
+        """Return how reliably they are seen, as of somebody who has just been found again."""
+        other = Attendance()
+        other._seen, other._looks = self._seen, self._looks
+        return other
+
     @property
     def silent(self) -> bool:
         """Return whether the last look did not see them."""

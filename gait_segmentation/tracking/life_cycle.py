@@ -22,7 +22,8 @@ def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str,
     Return the state of a track from now on, and why; nothing else decides over it.
 
     A candidate is ended when it vanishes in the open, or when after a second its masks have not
-    the shape of a body, and confirmed after three. A tracked person is lost in a gap, outside of
+    the shape of a body, and confirmed after three. What was found by its looks is ended when it
+    does not move for two. A tracked person is lost in a gap, outside of
     the image, and when too little is seen in two frames in a row. A lost person is tracked again
     when they are found, and ended when they are not for so long as ``patience`` says. Whom a
     detector saw reliably and does not any more is lost until it sees them again, and so is what
@@ -37,6 +38,8 @@ def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str,
             return ENDED, 'it vanished in the open'
         if not probation.is_passed(stamp_ns):
             return ENDED, 'it has not the shape of a body'
+    if track.stillness.is_thing:
+        return ENDED, 'it has not moved since it was found'
     if gap_s > GAP_S:
         return LOST, f'no frame came for {gap_s:.1f} s'
     doubt = _doubt(track)

@@ -16,8 +16,15 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.results import LOST, TRACKED, TrackResult
 from gait_segmentation.scene.scene import Scene, View, WholeView
 from gait_segmentation.scene.working import working_scale
-from gait_segmentation.starting import FirstMask, WalkerFinder
-from gait_segmentation.starting.starter import BY_DETECTOR, BY_MAP, BY_WALK, Known, Proposal
+from gait_segmentation.starting import FirstMask
+from gait_segmentation.starting.starter import (
+    BY_DETECTOR,
+    BY_MAP,
+    BY_WALK,
+    Known,
+    Proposal,
+    Starter,
+)
 from gait_segmentation.tracking.bystanders import Bystanders
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.fusion import FusionTrack
@@ -100,7 +107,7 @@ class Slots:
             tuple(bodies[False]),
             tuple(bodies[True]),
             tuple(box for track in tracked for box in track.boxes_at(seen_ns)),
-            len(tracks) - len(tracked),
+            tuple(track.body for track in tracks if track.state == LOST),
             any(track.attendance.silent for track in tracks),
             given,
         )
@@ -142,32 +149,37 @@ class Slots:
             place = slot_for_found(self._slots, view, start)
             if place is not None and not (given and place[1] is None):
                 slot, track_id = place
+                before = self._slots[slot]
                 track = self._slots[slot] = self._new_track(view, start, track_id)
-                if track_id is None and source == BY_WALK:
+                if before is not None and track_id is not None:
+                    track.succeed(before)
+                if source != BY_WALK:
+                    track.expect_motion()
+                elif track_id is None:
                     track.try_out(scene.stamp_ns)
             self._drop_unused(scene)
 
-    def go_over(
-        self, scene: Scene, stamp_ns: int, walkers: WalkerFinder, gap_s: float = 0.0
-    ) -> None:
+    def go_over(self, scene: Scene, stamp_ns: int, starter: Starter, gap_s: float = 0.0) -> None:
         """
         Let every track go over to its next state, and free the slots of those that end.
 
-        :param walkers: what tells of the walk of those on trial.
+        :param starter: what tells of the walk of those on trial, and is told who was nobody.
         :param gap_s: see :func:`.next_state`.
         """
         for slot, track in enumerate(self._slots):
             if track is None:
                 continue
             if track.probation is not None and track.state == TRACKED:
-                track.probation.see(walkers.evidence(track.body))
+                track.probation.see(starter.walkers.evidence(track.body))
             state, self.reasons[slot] = next_state(track, stamp_ns, gap_s=gap_s)
             if state != ENDED:
                 track.enter(state, self.reasons[slot])
                 continue
             self._slots[slot] = None
             if track.probation is not None:
-                walkers.reject(track.body)
+                starter.walkers.reject(track.body)
+            if track.stillness.is_thing:
+                starter.reject(track.body)
         self._drop_unused(scene)
 
     def results(

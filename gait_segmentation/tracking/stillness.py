@@ -18,6 +18,9 @@ _STILL_NS = 300_000_000
 _MOVES = 0.01
 """Least share of a person's pixels that move, seen over some frames, though they stand."""
 
+_THING_NS = 2_000_000_000
+"""Time without motion after which it is a thing, if it has to move because nobody gave its box."""
+
 _UNLIKE = 0.9
 """Similarity of the colours below which they are not those of who moved: people change little."""
 
@@ -28,27 +31,41 @@ class Stillness:
 
     Whoever leaves uncovers what is behind them, which moves no more, and looks otherwise: a track
     that goes on with it has learnt its colours, and is as sure of it as of the person.  Somebody
-    who stands quite still looks as before.
+    who stands quite still looks as before.  But what looks like a person to a network, as a coat
+    on a hook does, must be seen to move once.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, found_ns: int | None = None) -> None:
+        """
+        Begin without having seen motion.
+
+        :param found_ns: stamp of the frame it was found in by its looks, None if it need not move.
+        """
+        self._found_ns = found_ns
+        self.is_thing = False
+        """Whether it has had to move for long, and did not."""
+
         self.is_doubted = False
         """Whether what is there neither moves nor looks like the person who did."""
 
-        self._moved_ns = 0
+        self._moved_ns: int | None = None
         # What covers somebody, as a door does, becomes theirs frame by frame: what counts is what
         # they looked like before that.
         self._looks: deque[NDArray[np.float32]] = deque(maxlen=MOST_KEPT)
 
-    def is_asked(self, stamp_ns: int, moving: float) -> bool:
+    def is_asked(self, stamp_ns: int, moving: float | None) -> bool:
         """
         Take in a frame, and return whether it is to be seen what is there.
 
-        :param moving: share of what is expected to be the person that moves against the world.
+        :param moving: share of what is expected to be the person that moves against the world,
+            None if that is not known.
         """
-        if moving >= _MOVES or not self._moved_ns:
-            self._moved_ns, self.is_doubted = stamp_ns, False
-        return stamp_ns - self._moved_ns >= _STILL_NS
+        if moving is None:
+            return False
+        if moving >= _MOVES:
+            self._moved_ns, self._found_ns, self.is_doubted = stamp_ns, None, False
+        self.is_thing = self._found_ns is not None and stamp_ns - self._found_ns >= _THING_NS
+        return self._moved_ns is not None and stamp_ns - self._moved_ns >= _STILL_NS
 
     def remember(self, looks: NDArray[np.float32], stamp_ns: int) -> None:
         """Take in what a person looks like, see ``colour_signature``, in a frame they move in."""
@@ -57,5 +74,5 @@ class Stillness:
 
     def judge(self, looks: NDArray[np.float32]) -> None:
         """Take in what is there that does not move, see ``colour_signature``."""
-        if self._looks and similarity(self._looks[0], looks) < _UNLIKE:
+        if similarity(self._looks[0], looks) < _UNLIKE:
             self.is_doubted = True

@@ -213,6 +213,14 @@ class Track(ABC):
         """Put on trial from a stamp on whom nobody has vouched for; see :class:`.Probation`."""
         self.probation = Probation(stamp_ns)
 
+    def expect_motion(self) -> None:
+        """Take what was found by its looks for a person only if it moves."""
+        self.stillness = Stillness(self.view.now.image.stamp_ns)
+
+    def succeed(self, lost: Track) -> None:
+        """Go on as somebody who was lost, and has just been found another way."""
+        self.attendance = lost.attendance.renewed()
+
     def rate(self, visibility: Visibility) -> None:
         """Take in how distinct the person is where they are expected."""
         self.confidence = visibility.confidence

@@ -251,7 +251,7 @@ class PeopleTracker:
         """
         gap_s = scene.gap_s(self._stamp_ns)
         if gap_s > GAP_S:
-            self._slots.go_over(scene, self._stamp_ns, self._starter.walkers, gap_s)
+            self._slots.go_over(scene, self._stamp_ns, self._starter, gap_s)
             self._slots.bystanders.clear()
             for track in self.tracks():
                 track.stop()
@@ -282,7 +282,7 @@ class PeopleTracker:
         likelihoods: dict[int, NDArray[np.uint8]] = {}
         for view in self._slots.views(scene):
             likelihoods |= group.observe(view, self._slots.followed(view))
-        self._slots.go_over(scene, self._stamp_ns, self._starter.walkers)
+        self._slots.go_over(scene, self._stamp_ns, self._starter)
         views, people = self._slots.views(scene), self._slots.tracks()
         self._slots.bystanders.update(views, people, likelihoods, self.config)
         return self._slots.results(likelihoods, self.empty(self._stamp_ns, scene.source))

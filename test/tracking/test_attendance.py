@@ -139,3 +139,16 @@ def test_what_is_said_late_is_of_where_people_were_then(frames, found):
         lookout.see(Figure(60), unknown.stamp_ns)
         (result,) = unknown.show(Figure(60))
     assert (result.state == 'tracked') == found
+
+
+def test_of_whom_is_found_again_it_is_known_how_reliably_they_are_seen():
+    attendance = Attendance()
+    for _ in range(12):
+        attendance.add(HERE, [BOX])
+    for _ in range(3):
+        attendance.add(ELSEWHERE, [BOX])
+    again = attendance.renewed()
+    assert not again.is_doubted
+    for _ in range(3):
+        again.add(ELSEWHERE, [BOX])
+    assert again.is_doubted

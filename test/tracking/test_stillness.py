@@ -4,6 +4,9 @@ from itertools import count
 
 import numpy as np
 
+from gait_segmentation.detector.lookout import Lookout
+from gait_segmentation.detector.networks import Networks
+from gait_segmentation.detector.person_detector import Detection
 from test.tracking.figures import HEIGHT, WIDTH, Figure, Told, picture, walk
 
 NOISE = [np.random.default_rng(seed).normal(0, 1.5, (HEIGHT, WIDTH, 3)) for seed in range(8)]
@@ -58,3 +61,25 @@ def test_a_picture_that_is_repeated_says_nothing_of_motion():
     number = next(numbers)
     results = left_behind(track, iter([number] * 40), 40)
     assert {each.state for each in results[5:]} == {'tracked'}
+
+
+def seen_by_a_detector(*figures):
+    """Return what is said of a figure in each frame, which a detector sees."""
+    network = Networks(lambda image: [Detection(figure.box, 0.9)])
+    track, results = Told(1, 'detector', lookout=Lookout(networks=network)), []
+    for number, figure in enumerate(figures):
+        image, masks = picture([figure])
+        results += track.see(noisy(image, number), masks)
+    return results
+
+
+def test_what_looks_like_a_person_must_be_seen_to_move():
+    stands = [Figure(100)] * 100
+    sways = [Figure(100 + (number % 20 > 10)) for number in range(100)]
+    assert {each.state for each in seen_by_a_detector(*sways)} == {'tracked'}
+    results = seen_by_a_detector(*stands, *walk(Figure(200), 30))
+    assert {each.state for each in results[:40]} == {'tracked'}
+    # The detector goes on seeing it.
+    assert {each.state for each in results[60:100]} == {'empty'}
+    assert 'not moved' in results[60].reason
+    assert results[-1].state == 'tracked'

@@ -58,8 +58,8 @@ class MotionCue(Cue):
         """Of person and surroundings, the share of pixels of each pair of differences."""
 
         self._masks = 0
-        self.moving = 1.0
-        """Share of what is expected to be the person that moves against the world."""
+        self.moving: float | None = None
+        """Share of what is expected to be the person that moves against the world, if known."""
 
     def evidence(self, given: CueInput) -> Evidence | None:
         """Return what motion says; see :meth:`Cue.evidence`."""
@@ -67,7 +67,7 @@ class MotionCue(Cue):
         recent = list(given.states)[-1 - MOTION_GAP :]
         state = next(each for each in recent if each.frame in view.frames)
         earlier = state.frame
-        self.moving = 1.0
+        self.moving = None
         usable = earlier is not view.now and not earlier.blank
         if not (usable and given.config.use_motion_cue):
             return None
