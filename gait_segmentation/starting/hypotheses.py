@@ -19,26 +19,18 @@ from gait_segmentation.kernels import kernel
 VIEWS = (0.0, np.pi / 4, np.pi / 2, 3 * np.pi / 4, np.pi)
 """Directions of walking; towards and away from the camera look the same to a silhouette."""
 
-_ANISOTROPY = 0.35
-"""Most that a template is stretched in one direction against the other, as a logarithm."""
-
-_ASPECT_SIGMA, _CUT_SIGMA = 0.32, 0.64
-"""
-Spread of a box's aspect about that of its template, as a logarithm: of a whole body, and of one
-that the upper or lower border of the image cuts.
-"""
-
+_ANISOTROPY = 0.35  # most stretch in one direction against the other, as a logarithm
+# Spread of a box's aspect about that of its template, as a logarithm: of a whole body, and of one
+# that the upper or lower border of the image cuts.
+_ASPECT_SIGMA = 0.32
+_CUT_SIGMA = 0.64
+# Templates whose aspect is this much less likely than the best one's are left out.
 _NEGLIGIBLE = 0.02
-"""Templates whose aspect is this much less likely than the best one's are left out."""
-
+# Most that a body may be broader than its box, as a logarithm, at a side of the image.
 _MOST_BEYOND = 1.2
-"""Most that a body may be broader than its box, as a logarithm, at a side of the image."""
-
+# Bodies tried that reach beyond the border of the image, in heights of the box.
 _TALLER = (1.0, 1.4, 2.0, 2.8)
-"""Bodies tried that reach beyond the border of the image, in heights of the box."""
-
-_BLUR_PX = 0.7
-"""Blur of averaged templates."""
+_BLUR_PX = 0.7  # of averaged templates
 
 
 @dataclass(frozen=True)
@@ -75,12 +67,7 @@ class Hypothesis:
         return BodyFrame(float(self.axis[template]), middle, height, self.angle)
 
     def average(self, weights: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
-        """
-        Return the weighted mean of the templates, blurred, (h, w) float32 in 0..1.
-
-        :param weights: (K,) float32.
-        :param shape: (h, w) of the window.
-        """
+        """Return the mean of the templates by (K,) float32, blurred, (h, w) float32 in 0..1."""
         share = (weights / max(float(weights.sum()), 1e-12) / 255).astype(np.float32)
         part, mean = np.zeros(self.templates.shape[1:], np.float32), np.zeros(shape, np.float32)
         _add_weighted(self.templates, share, part)
@@ -126,7 +113,7 @@ def lay_onto(
     sequences = np.flatnonzero(difference <= difference.min() + 1e-3)
     laid = [template for sequence in sequences for template in bank.templates[sequence]]
     if angle:
-        laid = [_turned(template, angle) for template in laid]
+        laid = [_leaning(template, angle) for template in laid]
     tight, whole = (
         np.array([bounding_box((each > level).view(np.uint8)) for each in laid], np.int32)
         for level in (127, 0)
@@ -196,7 +183,7 @@ def _span(
     return slice(start, min(max(high, start + 1), size))
 
 
-def _turned(template: NDArray[np.uint8], angle: float) -> NDArray[np.uint8]:
+def _leaning(template: NDArray[np.uint8], angle: float) -> NDArray[np.uint8]:
     """Return a template turned about the middle of its grid, on a square one that holds it."""
     height, width = template.shape
     side = math.ceil(math.hypot(height, width))

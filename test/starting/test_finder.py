@@ -12,8 +12,8 @@ from benchmarks.synthetic import SyntheticConfig, SyntheticSequence
 from gait_segmentation.geometry import Box
 from gait_segmentation.scene.scene import Scene
 from gait_segmentation.starting import StartingConfig, WalkerFinder
-from gait_segmentation.starting.blobs import Blob
-from gait_segmentation.starting.finder import Candidate, associate
+from gait_segmentation.starting.finder import Candidate, seen_again
+from gait_segmentation.starting.moving import Blob
 from test.walkers import box_of, clip, small_bank
 
 PERIOD_NS = 40_000_000
@@ -107,19 +107,18 @@ def shaken() -> Iterable[np.ndarray]:
 
 
 @pytest.mark.parametrize(
-    ('images', 'auto'),
+    'images',
     [
-        (rigid(0.4), 'walk'),
-        (rigid(1.5), 'walk'),
-        (shaken(), 'walk'),
-        ((noisy(np.full((120, 160, 3), 128.0), number) for number in range(30)), 'walk'),
-        ((np.full((3, 5, 3), number, np.uint8) for number in range(12)), 'walk'),
-        (walk(), 'none'),
+        rigid(0.4),
+        rigid(1.5),
+        shaken(),
+        (noisy(np.full((120, 160, 3), 128.0), number) for number in range(30)),
+        (np.full((3, 5, 3), number, np.uint8) for number in range(12)),
     ],
-    ids=['narrow', 'broad', 'shaken', 'noise', 'tiny', 'off'],
+    ids=['narrow', 'broad', 'shaken', 'noise', 'tiny'],
 )
-def test_nobody_is_found_where_nobody_walks(images: Iterable[np.ndarray], auto: str) -> None:
-    assert run(images, Search(StartingConfig(auto_init=auto))) == []
+def test_nobody_is_found_where_nobody_walks(images: Iterable[np.ndarray]) -> None:
+    assert run(images) == []
 
 
 def test_a_reset_and_a_pause_begin_anew() -> None:
@@ -186,7 +185,7 @@ def test_a_walker_is_found_beside_what_sways_and_was_nobody() -> None:
         most = 0.0
         for number, image in enumerate(swaying):
             boxes = finder.see(image, 10**9 + number * PERIOD_NS)
-            for box, measures in finder.judged():
+            for box, measures in finder.judged:
                 if box.iou(box_of(clip(pan=0.0, frames=40)[number])) > 0.6:
                     most = max(most, measures['clutter'])
             if boxes:
@@ -212,7 +211,7 @@ def test_two_blobs_are_not_confused() -> None:
     for number in range(10):
         both = [20 + 2 * number, 120 - 2 * number]
         blobs = [Blob(Box(x, 20, 20, 60), 900, 600) for x in both]
-        candidates = associate(candidates, blobs[:: (-1) ** number], 1 + number * 0.04, 24)
+        candidates = seen_again(candidates, blobs[:: (-1) ** number], 1 + number * 0.04, 24)
     assert [each.sightings for each in candidates] == [10, 10]
     assert candidates[0].speed[0] > 0 > candidates[1].speed[0]
 

@@ -60,7 +60,7 @@ class Finder:
     def reject(self, box: Box) -> None:
         self.rejected.append(box)
 
-    background = None
+    detector = None
     """Nothing is known of the place."""
 
     def find(self, figure: Figure) -> None:
