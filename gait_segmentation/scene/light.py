@@ -23,17 +23,15 @@ from numpy.typing import NDArray
 
 from gait_segmentation.images import median
 from gait_segmentation.scene.background import BackgroundModel
-from gait_segmentation.scene.world_motion import WorldMotion
-
-LEAST_RANGE = 8
-"""Grey levels between the darkest and the brightest cell below which nothing can be seen."""
+from gait_segmentation.scene.ego_motion import LEAST_RANGE, WorldMotion
 
 # Pixels across the cells that are compared, in which noise and small motions count little.
 _CELL = 8
 _DARKEST = 12  # levels from black or white within which a cell may be clipped
 _LEAST_CELLS = 50  # cells that tell the light; fewer may be one surface, which somebody hides
 # Share of the cells that must have changed by the same factor, give or take this (as a log).
-_AGREE, _ALIKE = 0.6, 0.15
+_AGREE = 0.6
+_SAME_FACTOR = 0.15
 # Least correlation of the levels of cells that show the same place, even through bands.
 _CORRELATION = 0.3
 # Change (as a log) that is left to the models: two levels of 100, as the noise they allow.
@@ -45,7 +43,7 @@ _PERIODS = np.arange(1, 3.01, 0.125)
 _GRAY = np.array([0.114, 0.587, 0.299], np.float32)
 _LEFT_OUT = 0.005  # share of the levels at either end that does not count
 _FULL = 128.0  # levels that a picture which needs no spreading uses at least
-_MOST = 4.0  # largest factor; beyond it noise is most of what is spread
+_MOST_SPREAD = 4.0  # largest factor; beyond it noise is most of what is spread
 _Floats = NDArray[np.float32]
 _Wave = tuple[float, float, float]
 
@@ -133,14 +131,14 @@ class Light:
         self.wave = _wave_in(shade, use) if self.flickers else None
         if self.wave is not None:
             shade -= _along(self.wave, shape[0])[:, None]
-        near = use & (np.abs(shade - median(shade[use])) < _ALIKE)
+        near = use & (np.abs(shade - median(shade[use])) < _SAME_FACTOR)
         if np.count_nonzero(near) > _AGREE * np.count_nonzero(use):
             # Those that agree once more: what covers a part of the world is on one side of it.
             total = median(shade[near]) + median(tints[near])
             if np.abs(total - self._logs).max() > _UNNOTICED:
                 # All of it, so that what is left out does not add up in what is remembered.
                 self._logs = total.astype(np.float32)
-        self._strange &= np.abs(shade - self._logs @ _GRAY) > _ALIKE
+        self._strange &= np.abs(shade - self._logs @ _GRAY) > _SAME_FACTOR
 
     def undone(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return an image of the newest frame, (h, w, 3) uint8, in the first light."""
@@ -176,7 +174,7 @@ class Contrast:
         share = np.cumsum(np.bincount(image.reshape(-1), minlength=256)) / image.size
         low, high = (int(level) for level in np.searchsorted(share, (_LEFT_OUT, 1 - _LEFT_OUT)))
         span = high - low
-        wanted = min(_FULL, _MOST * span)
+        wanted = min(_FULL, _MOST_SPREAD * span)
         if span < wanted:
             # The rest is shared out as it was, so that black stays black and white stays white.
             bottom = (255 - wanted) * low / (255 - span)

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import inner_range, median
+from gait_segmentation.scene.ego_motion import WorldMotion
 from gait_segmentation.scene.scene import Scene, WholeView
-from gait_segmentation.scene.world_motion import WorldMotion
 
 # Time between two frames that are learnt, at most, and as a share of the time for which the place
 # is known, since the longer it is, the less one more tells.

@@ -8,7 +8,7 @@ import pytest
 
 from gait_segmentation.colour import gray_lab
 from gait_segmentation.scene.background import BackgroundModel
-from gait_segmentation.scene.world_motion import WorldMotion
+from gait_segmentation.scene.ego_motion import WorldMotion
 
 
 def texture(seed: int = 0, shape: tuple[int, int] = (60, 80)) -> np.ndarray:

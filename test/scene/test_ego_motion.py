@@ -4,9 +4,13 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.scene.ego_motion import MotionEstimator, camera_motion, followed
-from gait_segmentation.scene.working import Pyramid
-from gait_segmentation.scene.world_motion import WorldMotion
+from gait_segmentation.scene.ego_motion import (
+    MotionEstimator,
+    Pyramid,
+    WorldMotion,
+    camera_motion,
+    followed,
+)
 
 
 def scene(seed: int = 1) -> np.ndarray:

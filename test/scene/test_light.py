@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
+from gait_segmentation.scene.ego_motion import WorldMotion
 from gait_segmentation.scene.light import Contrast, Light
-from gait_segmentation.scene.world_motion import WorldMotion
 
 SHAPE = (240, 320)
 STILL = WorldMotion()

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
+from gait_segmentation.scene.ego_motion import WorldMotion
 from gait_segmentation.scene.scene import (
     Frame,
     Scene,
@@ -16,7 +17,6 @@ from gait_segmentation.scene.scene import (
     moving_pixels,
     windows_about,
 )
-from gait_segmentation.scene.world_motion import WorldMotion
 from test.tracking.figures import wall
 
 SOURCE = (180, 320)

@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
+from gait_segmentation.scene.ego_motion import Pyramid, WorldMotion
 from gait_segmentation.scene.light import Contrast, Light
-from gait_segmentation.scene.working import Pyramid, WorkingImage, working_scale
-from gait_segmentation.scene.world_motion import WorldMotion
+from gait_segmentation.scene.working import WorkingImage, working_scale
 
 
 def test_tall_people_are_scaled_down_and_small_ones_never_up() -> None:
