@@ -9,7 +9,6 @@ camera's motion as a robust homography, points on the person the body's shift.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
@@ -68,10 +67,9 @@ _INNER = np.ones((5, 5), np.uint8)
 
 class Pyramid:
     """
-    A grey image and smaller ones, each half the size of the one before.
+    A grey image and smaller ones, each half the size of the one before, made when asked for.
 
-    They are made when they are asked for.  A position in the image times ``0.5**level`` is that
-    in the image of a level.
+    A position in the image times ``0.5**level`` is that in the image of a level.
     """
 
     def __init__(self, gray: NDArray[np.uint8]) -> None:
@@ -156,9 +154,7 @@ class WorldMotion:
         Return a window of an image of the earlier frame as it looks in the later one.
 
         :param image: (H, W) or (H, W, C) uint8 or float32.
-        :param window: the rows and columns to compute.
         :param border: what lies outside of the image, a ``cv2.BORDER_`` constant.
-        :param interpolation: a ``cv2.INTER_`` constant.
         """
         camera = _IDENTITY if self.camera is None else self.camera
         rows, columns = window
@@ -193,19 +189,13 @@ class MotionEstimator:
         self._age = 0
 
     def update(
-        self,
-        frame: Pyramid,
-        people: NDArray[np.uint8] | None,
-        *,
-        camera: bool = True,
+        self, frame: Pyramid, people: NDArray[np.uint8] | None, *, camera: bool = True
     ) -> WorldMotion:
         """
         Measure the motion since the last frame in which anything can be seen.
 
-        :param frame: the brightness of this frame, (h, w) at full size.
         :param people: (h, w) uint8 of the last frame, non-zero where people may be; corners of
             the still world are taken elsewhere.
-        :param camera: whether to estimate the motion of the camera.
         """
         if frame.is_blank:
             self._last = None
@@ -232,11 +222,9 @@ class MotionEstimator:
         """
         Return the shift of a body between the last two frames, None if it is not known.
 
-        :param body: (h, w) uint8 of the frame before the last, non-zero on the person; the part
-            of the image from some row and column on, ``corner``.
-        :param motion: of the world between the two.
-        :param velocity: shift against the still world that is expected; fast bodies are
-            followed from there.
+        :param body: (h, w) uint8 of the earlier frame, non-zero on the person; the part of the
+            image from some row and column on, ``corner``.
+        :param velocity: expected shift against the still world, from where it is followed.
         """
         if self._last is None or self._now is None:
             return None
@@ -253,12 +241,14 @@ class MotionEstimator:
         rows, columns = np.nonzero(inner[apart // 2 :: apart, apart // 2 :: apart])
         points = apart * np.column_stack([columns, rows]) + (left + apart // 2, top + apart // 2)
         points = points.astype(np.float32) + np.float32(0.5)
-        before, after = followed(
-            self._last, self._now, points, _BODY_LEVELS, expected, astray=_ASTRAY_PX
-        )
-        if len(before) < _LEAST_OF_BODY:
+        after, found = followed(self._last, self._now, points, _BODY_LEVELS, expected)
+        # And back (Kalal, Mikolajczyk and Matas, ICPR 2010).
+        back = (-expected[0], -expected[1])
+        again, found_again = followed(self._now, self._last, after, _BODY_LEVELS, back)
+        found &= found_again & (np.hypot(*(again - points).T) < _ASTRAY_PX)
+        if np.count_nonzero(found) < _LEAST_OF_BODY:
             return None
-        x, y = median(after - before).tolist()
+        x, y = median((after - points)[found]).tolist()
         return x, y
 
     def _follow_world(
@@ -273,7 +263,8 @@ class MotionEstimator:
             points = 2 * _corners_of(half, where)
             self._age = 0
         self._age += 1
-        before, after = followed(last, now, points, _WORLD_LEVELS)
+        after, found = followed(last, now, points, _WORLD_LEVELS)
+        before, after = points[found], after[found]
         # Only inside of what is left of the image at half the size.
         limit = np.array([2 * (size // 2) for size in now.shape[::-1]], np.float32)
         self._corners = after[((after >= 0) & (after < limit)).all(axis=1)]
@@ -307,42 +298,26 @@ def followed(
     points: NDArray[np.float32],
     levels: range,
     expected: tuple[float, float] = (0.0, 0.0),
-    *,
-    astray: float = math.inf,
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     """
-    Follow points by the pyramidal method of Lucas and Kanade.
+    Follow points, (n, 2) float32, (x, y), by the pyramidal method of Lucas and Kanade.
 
-    :param last, now: two frames.
-    :param points: (n, 2) float32, positions (x, y) in the last frame.
     :param levels: of the pyramids to use, the largest image first.
     :param expected: shift (x, y) in pixels about which they are sought.
-    :param astray: distance in pixels from where a point began that it may end at when it is
-        followed back; by default this is not tried (Kalal, Mikolajczyk and Matas, ICPR 2010).
-    :returns: where those that were found were and are now, (m, 2) float32 each.
+    :returns: where points are now, (n, 2) float32, and (n,) bool, whether that is known.
     """
     if len(points) == 0:
-        return points, points
-    after, found = _follow(last, now, points, levels, expected)
-    if math.isfinite(astray):
-        again, back = _follow(now, last, after, levels, (-expected[0], -expected[1]))
-        found &= back & (np.hypot(*(again - points).T) < astray)
-    return points[found], after[found]
-
-
-def _follow(
-    last: Pyramid,
-    now: Pyramid,
-    points: NDArray[np.float32],
-    levels: range,
-    expected: tuple[float, float],
-) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Return where points are now, (n, 2) float32, and (n,) bool, whether that is known."""
+        return points, np.zeros(0, np.bool_)
     scale, levels_up = np.float32(0.5**levels.start), len(levels) - 1
     before = scale * points - np.float32(0.5)
     after = before + scale * np.array(expected, np.float32)
-    image = last.image(levels.start)
-    window, corner = _about(before, after, _COMPARED_PX << levels_up, image.shape)
+    image, both = last.image(levels.start), np.concatenate([before, after])
+    # Only the part that is needed; at least one pixel, also if places are NaN.
+    margin, size = _COMPARED_PX << levels_up, np.array(image.shape[::-1])
+    low, high = (reduced(both).astype(float) for reduced in (np.fmin.reduce, np.fmax.reduce))
+    start = np.minimum(np.fmax(low - margin, 0), size - 1).astype(int)
+    end = np.minimum(np.fmax(high + margin, start + 1), size).astype(int)
+    window, corner = np.s_[start[1] : end[1], start[0] : end[0]], start.astype(np.float32)
     moved, found, _ = cv2.calcOpticalFlowPyrLK(
         image[window],
         now.image(levels.start)[window],
@@ -356,35 +331,13 @@ def _follow(
     return np.asarray((moved + corner + np.float32(0.5)) / scale), found.ravel() > 0
 
 
-def _about(
-    before: NDArray[np.float32], after: NDArray[np.float32], margin: int, shape: tuple[int, ...]
-) -> tuple[Window, NDArray[np.float32]]:
-    """Return the part of an image of a shape that points need, and its first column and row."""
-    both, sizes = np.concatenate([before, after]), shape[1::-1]
-    low, high = np.fmin.reduce(both).tolist(), np.fmax.reduce(both).tolist()
-    # At least one pixel, also if places are NaN.
-    left, top = (
-        int(min(max(0.0, place - margin), size - 1))
-        for place, size in zip(low, sizes, strict=True)
-    )
-    right, bottom = (
-        int(min(max(start + 1, place + margin), size))
-        for start, place, size in zip((left, top), high, sizes, strict=True)
-    )
-    window = slice(top, bottom), slice(left, right)
-    return window, np.array([left, top], np.float32)
-
-
 def camera_motion(
     before: NDArray[np.float32], after: NDArray[np.float32]
 ) -> NDArray[np.float64] | None:
     """
-    Return the homography that most points agree on, None if they stand still or are few.
+    Return the homography that most points, (n, 2) float32, agree on; None if few or still.
 
     That is how a still world looks to a camera that turns, and a plane to any camera.
-
-    :param before, after: (n, 2) float32, positions (x, y) of the same points in two frames.
-    :returns: 3 x 3 homography of positions.
     """
     if len(before) < _LEAST_POINTS:
         return None

@@ -28,18 +28,20 @@ from gait_segmentation.scene.light import Contrast, Light
 from gait_segmentation.scene.working import WorkingImage, working_shape
 
 Shift = tuple[float, float]
+Expected = tuple[BackgroundModel, list[Window]]
+"""What a frame should show of the background, and the windows in which it is known."""
 
 MOST_KEPT = 16  # frames, for masks that come late
 MOTION_GAP = 4  # frames between the two that motion is seen by
 _LEAST_SHOWN = 0.1  # share of the known background below which a frame shows something else
 _LEARNT_GAP = 3  # frames between the two that tell what moves and is not learnt
 # Change that is motion: grey levels, and spreads of a still pixel on top.
-_CHANGE = 6.0
-_CHANGE_SPREADS = 2.0
+_MOTION_LEVELS = 6.0
+_MOTION_SPREADS = 2.0
 # What is left of the count of a pixel that looks otherwise although nothing moves there.
 _FADE = 0.5
-# Side in pixels of the squares that changes are averaged over and that motion is widened by.
-_SQUARE = 5
+# Side of the squares that changes are averaged over and that motion is widened by.
+_SQUARE_PX = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,10 +149,8 @@ class View:
             people[area.slices(self.shape[1], self.shape[0])] = 1
         return people
 
-    def expected(
-        self, motion: WorldMotion, where: Whereabouts
-    ) -> tuple[BackgroundModel, list[Window]]:
-        """Return what the next frame should show of the background, and the windows it is in."""
+    def expected(self, motion: WorldMotion, where: Whereabouts) -> Expected:
+        """Return what is expected of the next frame."""
         windows = windows_about(() if where.everywhere else where.areas, motion, self.shape)
         return self.background.moved([motion], windows), windows
 
@@ -158,19 +158,12 @@ class View:
         self,
         image: WorkingImage,
         motion: WorldMotion,
-        expected: tuple[BackgroundModel, list[Window]],
+        expected: Expected,
         heat: HeatMap | None,
         *,
         blank: bool,
     ) -> None:
-        """
-        Take in a frame.
-
-        :param motion: of the world since the last frame.
-        :param expected: see :meth:`expected`.
-        :param heat: P(person) from elsewhere, of this frame or one before.
-        :param blank: whether nothing of the scene can be seen.
-        """
+        """Take in a frame, and what was :meth:`expected` of it; see :class:`Frame`."""
         background, windows = expected
         if not blank:
             self.background = background
@@ -202,21 +195,23 @@ class View:
         Learn the background from a frame that is kept, unless nothing can be seen in it.
 
         :param people: (h, w) uint8, non-zero where people may be in it.
-        :param around: windows about people in it, in which the noise is measured.
+        :param around: windows in which the noise is measured.
         :param gate: whether to leave out what moves against the world.
         """
         self._people.append((frame, people))
         if frame.blank:
             return
-        lab, hidden, motion = frame.image.lab, people, self.motion_since(frame)
-        windows = frame.windows
+        lab, motion, windows = frame.image.lab, self.motion_since(frame), frame.windows
+        hidden = people.copy()
         if motion.camera is not None:
             # The mask came late: the frame is moved on to where the background is by now.
             windows = around = self.now.windows
-            lab, people = _lab_after(motion, lab, windows), _hidden_after(motion, people, windows)
+            earlier, lab = lab, np.zeros_like(lab)
+            for window in windows:
+                lab[window] = motion.warped(earlier, window)
+            people = _hidden_after(motion, people, windows)
         self.background.measure_noise(lab, people, around)
         if gate:
-            hidden = hidden.copy()
             self._add_moving(hidden, frame)
         if motion.camera is not None:
             hidden = _hidden_after(motion, hidden, windows)
@@ -246,11 +241,10 @@ class WholeView(View):
     def __init__(self, source: tuple[int, int], scale: float) -> None:
         """Make a view of which nothing is known; see :class:`View`."""
         super().__init__(source, scale)
+        self._since = WorldMotion()
         self.clear()
 
-    def expected(
-        self, motion: WorldMotion, where: Whereabouts
-    ) -> tuple[BackgroundModel, list[Window]]:
+    def expected(self, motion: WorldMotion, where: Whereabouts) -> Expected:
         """Return the background as it was learnt, of all of the image."""
         self._since = WorldMotion.over([self._since, motion])
         return self.background, [self.all]
@@ -368,11 +362,11 @@ class Scene:
                 view.background.fade(newest.textured)
         expected, shares = [], [1.0]
         for view, step in zip(self.views, steps, strict=True):
-            image, where = images[view.shape], people.get(view, NOWHERE)
+            shown, where = images[view.shape], people.get(view, NOWHERE)
             expected.append(view.expected(step, where))
-            if not (isinstance(view, WholeView) or image.pyramid.is_blank):
+            if not (isinstance(view, WholeView) or shown.pyramid.is_blank):
                 background, windows = expected[-1]
-                shares.append(background.agreement(image.lab, view.people(where), windows))
+                shares.append(background.agreement(shown.lab, view.people(where), windows))
         blank = newest.pyramid.is_blank
         if min(shares) < _LEAST_SHOWN:
             if leader.frames and newest.pyramid.resembles(leader.now.image.pyramid):
@@ -389,8 +383,8 @@ class Scene:
                     view.points.leave_out()
         if not blank:
             self._light.follow(motion, hidden)
-        for view, step, shown in zip(self.views, steps, expected, strict=True):
-            view.accept(images[view.shape], step, shown, heat, blank=blank)
+        for view, step, each in zip(self.views, steps, expected, strict=True):
+            view.accept(images[view.shape], step, each, heat, blank=blank)
 
     def add(self, view: View) -> None:
         """Take in a view, and show it the newest frame."""
@@ -399,8 +393,8 @@ class Scene:
         view.points.update(image.pyramid, None, camera=False)
         if first and not image.pyramid.is_blank:
             self._light.follow(still, np.zeros(view.shape, np.uint8))
-        shown = view.expected(still, NOWHERE)
-        view.accept(image, still, shown, heat, blank=image.pyramid.is_blank)
+        expected = view.expected(still, NOWHERE)
+        view.accept(image, still, expected, heat, blank=image.pyramid.is_blank)
         self.views.append(view)
 
     def keep(self, views: Collection[View]) -> None:
@@ -409,12 +403,12 @@ class Scene:
 
     def _hidden(self, leader: View, people: Mapping[View, Whereabouts]) -> NDArray[np.uint8]:
         """Return where people and what else moves were in the last frame, (h, w) uint8."""
-        hidden = leader.people(people.get(leader, NOWHERE))
+        hidden = np.zeros(leader.shape, np.uint8)
         if self.moving is not None:
             size = leader.shape[::-1]
             hidden |= np.asarray(cv2.resize(self.moving, size, interpolation=cv2.INTER_NEAREST))
         for view, where in people.items():
-            for area in where.areas if view is not leader else ():
+            for area in where.areas:
                 scaled = area.scaled(leader.scale / view.scale)
                 hidden[scaled.slices(leader.shape[1], leader.shape[0])] = 1
         return hidden
@@ -428,16 +422,6 @@ class Scene:
         return WorkingImage.of(
             image, stamp_ns, shape, light, contrast, texture=texture, measure=measure
         )
-
-
-def _lab_after(
-    motion: WorldMotion, lab: NDArray[np.uint8], windows: Sequence[Window]
-) -> NDArray[np.uint8]:
-    """Return windows of a frame in Lab as the world has moved since, (h, w, 3) uint8."""
-    moved = np.zeros_like(lab)
-    for window in windows:
-        moved[window] = motion.warped(lab, window)
-    return moved
 
 
 def _hidden_after(
@@ -456,27 +440,25 @@ def moving_pixels(
     """
     Return where something moves against the still world, (h, w) uint8, 1 where it does.
 
-    :param gray: (h, w) uint8 brightness of a window of this frame.
-    :param then: (h, w) uint8, that of some frames before, warped with the still world.
+    :param gray, then: (h, w) uint8, of this frame, and before, warped with the still world.
     :param spread: of a still pixel about its mean, in grey levels.
     """
     if then.size == 0:
         return np.zeros(then.shape, np.uint8)
-    change = cv2.blur(cv2.absdiff(gray, then), (_SQUARE, _SQUARE))
-    level = math.floor(_CHANGE + _CHANGE_SPREADS * spread)
+    change = cv2.blur(cv2.absdiff(gray, then), (_SQUARE_PX, _SQUARE_PX))
+    level = math.floor(_MOTION_LEVELS + _MOTION_SPREADS * spread)
     _, moving = cv2.threshold(change, level, 1, cv2.THRESH_BINARY)
-    return np.asarray(cv2.dilate(moving, np.ones((_SQUARE, _SQUARE), np.uint8)))
+    return np.asarray(cv2.dilate(moving, np.ones((_SQUARE_PX, _SQUARE_PX), np.uint8)))
 
 
 def windows_about(
     areas: Iterable[Box], motion: WorldMotion, shape: tuple[int, int]
 ) -> list[Window]:
     """
-    Return disjoint windows with room about people, as the camera moved them.
+    Return disjoint windows with room about people, all of an image of (h, w) if there are none.
 
     :param areas: where people were in the last frame, in pixels.
     :param motion: of the world since.
-    :param shape: (h, w) of the image; all of it is the window if there are no people.
     """
     height, width = shape
     boxes: list[Box] = []

@@ -76,8 +76,12 @@ def test_how_much_of_what_is_known_a_frame_shows() -> None:
     assert model.agreement(now, person, [window]) == pytest.approx(0.75, abs=0.03)
     person[:, :20] = 255
     assert model.agreement(now, person, [window]) == 1
+    # Where few pixels tell nothing is missed.
+    person[1:] = 255
+    person[:1, 20:] = 255
+    assert model.agreement(now, person - 255, [window]) < 1
     person[:] = 255
-    assert model.agreement(now, person, [window]) is None
+    assert model.agreement(now, person, [window]) == 1
 
 
 def test_what_does_not_look_like_the_known_background_contradicts_it() -> None:
