@@ -24,8 +24,7 @@ from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window
 from gait_segmentation.scene.background import SURE_COUNT, BackgroundModel
 from gait_segmentation.scene.ego_motion import MotionEstimator, WorldMotion
-from gait_segmentation.scene.light import Contrast, Light
-from gait_segmentation.scene.working import WorkingImage, working_shape
+from gait_segmentation.scene.working import Contrast, Light, WorkingImage, working_shape
 
 Shift = tuple[float, float]
 Expected = tuple[BackgroundModel, list[Window]]
@@ -41,7 +40,7 @@ _MOTION_SPREADS = 2.0
 # What is left of the count of a pixel that looks otherwise although nothing moves there.
 _FADE = 0.5
 # Side of the squares that changes are averaged over and that motion is widened by.
-_SQUARE_PX = 5
+_CHANGED_PX = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -445,10 +444,10 @@ def moving_pixels(
     """
     if then.size == 0:
         return np.zeros(then.shape, np.uint8)
-    change = cv2.blur(cv2.absdiff(gray, then), (_SQUARE_PX, _SQUARE_PX))
+    change = cv2.blur(cv2.absdiff(gray, then), (_CHANGED_PX, _CHANGED_PX))
     level = math.floor(_MOTION_LEVELS + _MOTION_SPREADS * spread)
     _, moving = cv2.threshold(change, level, 1, cv2.THRESH_BINARY)
-    return np.asarray(cv2.dilate(moving, np.ones((_SQUARE_PX, _SQUARE_PX), np.uint8)))
+    return np.asarray(cv2.dilate(moving, np.ones((_CHANGED_PX, _CHANGED_PX), np.uint8)))
 
 
 def windows_about(

@@ -267,15 +267,8 @@ class WalkerFinder:
         Add up the evidence of each candidate, and return tight boxes of walkers, tallest first.
 
         The log-odds of each frame, times the time since the last one, never fall below zero, as in
-        Page's cumulative sum test: what is doubtful must walk for longer.  They depend on the
-        ``similarity`` of the silhouette with the best template; ``width``, the logarithm of width
-        over height; ``moving``, the share that moves now; ``height``, the logarithm of the height
-        in pixels; ``steadiness``, the similarity with the own shape a moment ago, since noise is
-        fleeting and things are rigid; ``clutter``, the share of the image that moves elsewhere
-        without being like a body.
-
-        :param known: boxes of people who are known already.
-        :param tried: boxes of people on probation: judged, and not found again.
+        Page's cumulative sum test: what is doubtful must walk for longer.  Those on probation, who
+        are ``tried``, are judged, but not found again.
         """
         found: list[Box] = []
         seen = [each for each in self._candidates if each.seen == seconds]
@@ -301,7 +294,9 @@ class WalkerFinder:
                 'width': math.log(blob.box.width / blob.box.height),
                 'moving': blob.moving / blob.area,
                 'height': math.log(blob.box.height),
+                # With the own shape a moment ago: noise is fleeting, things are rigid.
                 'steadiness': float(tanimoto(earlier, shape)),
+                # What moves elsewhere without being like a body, as a share of the image.
                 'clutter': (clutter - odd) / frame.silhouettes.size,
             }
             self.judged.append((blob.box.scaled(1 / self._scale), measures))

@@ -36,7 +36,7 @@ _BLUR_PX = 0.7  # of averaged templates
 @dataclass(frozen=True)
 class Hypothesis:
     """
-    All templates of one direction and tilt (radians) laid onto a box.
+    All templates of one direction and tilt (radians, positive to the right) laid onto a box.
 
     ``templates`` is (K, h, w) uint8 in the rows and columns ``part`` of the window, beyond which
     they are zero, ``weight`` (K,) float32 their prior weight by aspect, ``axis`` (K,) float32 the
@@ -99,14 +99,12 @@ def lay_onto(
     """
     Lay the templates of a direction onto a box, extents on extents.
 
-    :param box: the tight box of the person in the window's pixels.
-    :param shape: (h, w) of the window.
+    :param box: the tight box of the person in a window of ``shape`` (h, w).
     :param cuts: whether the box ends at the upper, lower, left and right border of the image, so
         that the body may reach beyond.
-    :param view: the direction of walking.
-    :param angle: tilt of the body in radians, positive when the head leans to the right.
-    :param taller: height of the body in heights of the box, if no border cuts it: the box is then
-        that of its upper part.
+    :param view: the direction of walking, and ``angle`` the tilt of the body, in radians.
+    :param taller: height of the body in heights of the box, which is of its upper part, if no
+        border cuts it.
     :param aside: where the body stands in a box that is broader: -1 left, 0 middle, 1 right.
     """
     difference = np.abs(np.angle(np.exp(1j * (bank.azimuth.astype(np.float64) - view))))

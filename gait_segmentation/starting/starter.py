@@ -154,33 +154,25 @@ class Starter:
 
 
 class Sightings:
-    """Remembers whom the detector saw and who is not tracked, until that is sure."""
+    """Remembers whom the detector saw first when and where, while they are ``waiting``."""
 
     def __init__(self) -> None:
-        self._seen: list[tuple[int, Box]] = []
-
-    @property
-    def waiting(self) -> bool:
-        """Return whether somebody waits for being seen again."""
-        return bool(self._seen)
+        self.waiting: list[tuple[int, Box]] = []
 
     def update(
-        self,
-        stamp_ns: int,
-        people: Sequence[Detection],
-        occupied: Sequence[Box],
-        least_height: float,
+        self, stamp_ns: int, people: Sequence[Detection], occupied: Sequence[Box], least: float
     ) -> list[Box]:
         """
         Take in a look at the whole image, and return the people newly found, the tallest first.
 
         :param occupied: boxes of who is tracked, like all others in source pixels.
+        :param least: height of who is found.
         """
-        before, self._seen = self._seen, []
+        before, self.waiting = self.waiting, []
         found = []
         for person in people:
             box = person.box
-            unlikely = person.score < _SURE_IF_MOVED or box.height < least_height
+            unlikely = person.score < _SURE_IF_MOVED or box.height < least
             if unlikely or belongs(box, occupied):
                 continue
             last = max(before, key=lambda seen: box.iou(seen[1]), default=None)
@@ -191,7 +183,7 @@ class Sightings:
             ):
                 found.append(box)
             else:
-                self._seen.append(last or (stamp_ns, box))
+                self.waiting.append(last or (stamp_ns, box))
         return sorted(found, key=lambda box: -box.height)
 
 
@@ -210,23 +202,20 @@ class MapFinder:
         """What may be a body, in source pixels, and how sure that is by now."""
 
     def update(
-        self,
-        heat: HeatMap,
-        source: tuple[int, int],
-        occupied: Sequence[Box],
-        least_height: float,
+        self, heat: HeatMap, source: tuple[int, int], occupied: Sequence[Box], least: float
     ) -> list[Box]:
         """
         Take in a map, once, and return the boxes of people newly found, the tallest first.
 
         :param source: (H, W) of the frames.
         :param occupied: boxes of people known already, like all others in source pixels.
+        :param least: height of who is found.
         """
         if heat.stamp_ns == self._stamp_ns or not heat.trust:
             return []
         self._stamp_ns = heat.stamp_ns
         before, self._regions = self._regions, []
-        for box, evidence in self._bodies(heat.values, source, occupied, least_height):
+        for box, evidence in self._bodies(heat.values, source, occupied, least):
             past = (known for other, known in before if belongs(other, [box]))
             self._regions.append((box, evidence + max(past, default=0.0)))
         self._regions.sort(key=lambda region: -region[0].height)
@@ -240,7 +229,7 @@ class MapFinder:
         values: NDArray[np.uint8],
         source: tuple[int, int],
         occupied: Sequence[Box],
-        least_height: float,
+        least: float,
     ) -> list[tuple[Box, float]]:
         """Return the regions that may be a body, none of them a part of another one."""
         across, down = source[1] / values.shape[1], source[0] / values.shape[0]
@@ -252,7 +241,7 @@ class MapFinder:
             # The first are the pixels below the level.
             for number, (x, y, w, h, _) in enumerate(stats[1:].tolist(), 1):
                 box = Box(x * across, y * down, w * across, h * down)
-                if box.height < least_height or belongs(box, occupied):
+                if box.height < least or belongs(box, occupied):
                     continue
                 region = cv2.inRange(labels[y : y + h, x : x + w], number, number)
                 shape = normalised(region, box.width / box.height)

@@ -106,7 +106,7 @@ def test_who_is_known_is_no_blob_and_is_not_learnt(pan: float) -> None:
         image = seen(number, pan)
         known, other = Box(20 + number, 30, 16, 60), Box(60 + 2 * number, 40, 24, 50)
         for box in (known, other):
-            image[box.slices(SHAPE[1], SHAPE[0])] = RED
+            image[inside(box)] = RED
         frame = scene.show(number, image, known.padded(3, 3))
     assert max(blob.box.iou(other) for blob in frame.blobs) > 0.5
     assert max(blob.box.iou(known) for blob in frame.blobs) < 0.1
@@ -120,7 +120,7 @@ def test_a_walker_of_the_first_frame_and_the_place_behind_are_soon_known(pan: fl
     scene, shown = Watch(), []
     for number in range(30):
         image = seen(number, pan)
-        image[block(number).slices(SHAPE[1], SHAPE[0])] = RED
+        image[inside(block(number))] = RED
         shown.append(scene.show(number, image))
     [blob] = [each for each in shown[24].blobs if each.box.iou(block(24)) > 0]
     assert blob.box.iou(block(24)) > 0.5
@@ -137,10 +137,9 @@ def test_a_walker_of_the_first_frame_and_the_place_behind_are_soon_known(pan: fl
     known[:, 140:] = False
     assert np.percentile(np.abs(found.mean - lab_of(truth))[known], 95) < 12
     person = seen(29, pan)
-    person[block(29).slices(SHAPE[1], SHAPE[0])] = RED
+    person[true := inside(block(29))] = RED
     every = slice(0, SHAPE[0]), slice(0, SHAPE[1])
     evidence = found.evidence(lab_of(person), every, 0.5)
-    true = inside(block(29))
     assert np.median(evidence[true & known]) > 1
     assert np.median(evidence[~true & known]) < -1
 
@@ -164,10 +163,7 @@ def test_what_always_moves_is_never_learnt_and_what_has_left_is_not_mixed_in() -
 
 def image(*boxes: tuple[int, int, int, int]) -> np.ndarray:
     """Return (120, 160) uint8, 255 in the boxes (x, y, width, height)."""
-    out = np.zeros((120, 160), np.uint8)
-    for x, y, width, height in boxes:
-        out[y : y + height, x : x + width] = 255
-    return out
+    return np.uint8(sum((255 * inside(Box(*box)) for box in boxes), np.zeros(SHAPE)).clip(0, 255))
 
 
 def test_parts_above_each_other_are_one_body() -> None:
