@@ -188,14 +188,12 @@ class MotionEstimator:
 
         self._age = 0
 
-    def update(
-        self, frame: Pyramid, people: NDArray[np.uint8] | None, *, camera: bool = True
-    ) -> WorldMotion:
+    def update(self, frame: Pyramid, people: NDArray[np.uint8] | None) -> WorldMotion:
         """
         Measure the motion since the last frame in which anything can be seen.
 
         :param people: (h, w) uint8 of the last frame, non-zero where people may be; corners of
-            the still world are taken elsewhere.
+            the still world are taken elsewhere, None if the camera is not to be followed.
         """
         if frame.is_blank:
             self._last = None
@@ -205,7 +203,7 @@ class MotionEstimator:
             self._last = None
             self._corners = self._corners[:0]
             return WorldMotion()
-        return WorldMotion(self._follow_world(self._last, frame, people) if camera else None)
+        return WorldMotion() if people is None else self._follow_world(self._last, frame, people)
 
     def leave_out(self) -> None:
         """Take the newest frame for one in which nothing can be seen."""
@@ -251,12 +249,10 @@ class MotionEstimator:
         x, y = median((after - points)[found]).tolist()
         return x, y
 
-    def _follow_world(
-        self, last: Pyramid, now: Pyramid, people: NDArray[np.uint8] | None
-    ) -> NDArray[np.float64] | None:
-        """Return the camera's motion."""
-        half = last.image(_WORLD_LEVELS.start)
-        where = _away_from(people, half.shape)
+    def _follow_world(self, last: Pyramid, now: Pyramid, people: NDArray[np.uint8]) -> WorldMotion:
+        half, side = last.image(_WORLD_LEVELS.start), 2 * _FROM_PEOPLE + 1
+        free = people[: 2 * half.shape[0] : 2, : 2 * half.shape[1] : 2] == 0
+        where = np.asarray(cv2.erode(free.view(np.uint8), np.ones((side, side), np.uint8)))
         columns, rows = (self._corners / 2).astype(int).T
         points = self._corners[where[rows, columns] > 0]
         if self._age >= _FOLLOWED or len(points) < _LEAST_FOLLOWED:
@@ -268,16 +264,7 @@ class MotionEstimator:
         # Only inside of what is left of the image at half the size.
         limit = np.array([2 * (size // 2) for size in now.shape[::-1]], np.float32)
         self._corners = after[((after >= 0) & (after < limit)).all(axis=1)]
-        return camera_motion(before, after)
-
-
-def _away_from(people: NDArray[np.uint8] | None, shape: tuple[int, ...]) -> NDArray[np.uint8]:
-    """Return, at half the size, what is not 0 away from people."""
-    if people is None:
-        return np.ones(shape, np.uint8)
-    free = people[: 2 * shape[0] : 2, : 2 * shape[1] : 2] == 0
-    side = 2 * _FROM_PEOPLE + 1
-    return cv2.erode(free.view(np.uint8), np.ones((side, side), np.uint8))
+        return WorldMotion(camera_motion(before, after))
 
 
 def _corners_of(gray: NDArray[np.uint8], where: NDArray[np.uint8]) -> NDArray[np.float32]:

@@ -346,13 +346,13 @@ class Scene:
         newest = self._image(leader.shape, measure=True)
         images = {leader.shape: newest}
         hidden = self._hidden(leader, people)
-        motion = leader.points.update(newest.pyramid, hidden, camera=options.camera)
+        motion = leader.points.update(newest.pyramid, hidden if options.camera else None)
         steps = []
         for view in self.views:
             if view.shape not in images:
                 images[view.shape] = self._image(view.shape)
             if view is not leader:
-                view.points.update(images[view.shape].pyramid, None, camera=False)
+                view.points.update(images[view.shape].pyramid, None)
             down, across = (a / b for a, b in zip(view.shape, leader.shape, strict=True))
             steps.append(motion if view is leader else motion.scaled(across, down))
         self.fades = options.fade and newest.faded and not faded
@@ -389,7 +389,7 @@ class Scene:
         """Take in a view, and show it the newest frame."""
         first, heat, still = not self.views, self._frame[2], WorldMotion()
         image = self._image(view.shape, measure=first)
-        view.points.update(image.pyramid, None, camera=False)
+        view.points.update(image.pyramid, None)
         if first and not image.pyramid.is_blank:
             self._light.follow(still, np.zeros(view.shape, np.uint8))
         expected = view.expected(still, NOWHERE)

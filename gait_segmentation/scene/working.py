@@ -282,26 +282,16 @@ class WorkingImage:
         textured = texture and colourless
         return cls(stamp_ns, small, gray, Pyramid(gray), textured, faded)
 
-    def shrunk(self, shape: tuple[int, int]) -> NDArray[np.uint8]:
-        """Return the image in Lab at a smaller (h, w), (h, w, 3) uint8; see :attr:`lab`."""
-        source = self.gray if self.textured else self.bgr
-        return _lab_of(shrink(source, shape, cv2.INTER_AREA))
-
     @cached_property
     def lab(self) -> NDArray[np.uint8]:
         """Return the image in CIE L*a*b* as OpenCV stores it, (h, w, 3) uint8."""
-        return _lab_of(self.gray if self.textured else self.bgr)
+        if self.textured:
+            return gray_lab(self.gray)
+        return np.asarray(cv2.cvtColor(self.bgr, cv2.COLOR_BGR2Lab))
 
     def lab_part(self, window: Window) -> NDArray[np.uint8]:
         """Return a window in Lab, (h, w, 3) uint8, its rows contiguous as kernels want them."""
         return np.ascontiguousarray(self.lab[window])
-
-
-def _lab_of(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return an image in Lab, with gradient energy in the place of colours if it is (h, w)."""
-    if image.ndim == 2:
-        return gray_lab(image)
-    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2Lab))
 
 
 def working_scale(

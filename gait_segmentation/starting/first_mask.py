@@ -311,12 +311,9 @@ def _scan(
 
 def barrier_distance(image: NDArray[np.uint8], inside: NDArray[np.bool_]) -> NDArray[np.float32]:
     """
-    Return the minimum barrier distance of each pixel from the outside of a region.
+    Return the minimum barrier distance of each pixel from the outside of a region, (h, w) bool.
 
-    :param image: (h, w, 3) uint8.
-    :param inside: (h, w) bool, the region; all other pixels have distance zero.
-    :returns: (h, w) float32, in grey levels summed over the channels; 1e9 where the region has
-        no outside.
+    It is (h, w) float32, in grey levels summed over the channels; 1e9 if all is inside.
     """
     distance = np.where(inside, _FAR, np.float32(0)).astype(np.float32)
     high, low = image.copy(), image.copy()

@@ -19,6 +19,9 @@ def scene(seed: int = 1) -> np.ndarray:
     return cv2.resize(small, (320, 240), interpolation=cv2.INTER_CUBIC)
 
 
+NOBODY = np.zeros((240, 320), np.uint8)
+
+
 def motion_of(*rows: list[float]) -> WorldMotion:
     return WorldMotion(np.array(rows if len(rows) == 3 else [*rows, [0, 0, 1]], np.float64))
 
@@ -32,13 +35,13 @@ def moved(image: np.ndarray, motion: WorldMotion) -> np.ndarray:
 def test_how_the_camera_pans_zooms_and_tilts_is_found(tilt: float) -> None:
     estimator = MotionEstimator()
     true = motion_of([1.01, 0.0, 4.0], [0.0, 1.01, -2.5], [0.0, tilt, 1.0])
-    estimator.update(Pyramid(scene()), None)
-    found = estimator.update(Pyramid(moved(scene(), true)), None)
+    estimator.update(Pyramid(scene()), NOBODY)
+    found = estimator.update(Pyramid(moved(scene(), true)), NOBODY)
     for point in ((50, 50), (250, 180), (20, 220)):
         assert found.carry(*point) == pytest.approx(true.carry(*point), abs=0.15)
 
 
-PERSON = np.zeros((240, 320), np.uint8)
+PERSON = NOBODY.copy()
 PERSON[60:180, 120:180] = 255
 
 
@@ -71,13 +74,13 @@ def test_a_fast_body_is_followed_from_where_it_is_expected() -> None:
 def test_frames_in_which_nothing_can_be_seen_are_passed_over() -> None:
     motion = motion_of([1, 0, 5], [0, 1, -2])
     estimator = MotionEstimator()
-    estimator.update(Pyramid(scene()), None)
+    estimator.update(Pyramid(scene()), NOBODY)
     body = np.full((240, 320), 255, np.uint8)
     for _ in range(3):
-        covered = estimator.update(Pyramid(np.full((240, 320), 90, np.uint8)), None)
+        covered = estimator.update(Pyramid(np.full((240, 320), 90, np.uint8)), NOBODY)
         assert covered.camera is None
         assert estimator.body_shift(body, covered) is None
-    found = estimator.update(Pyramid(moved(scene(), motion)), None)
+    found = estimator.update(Pyramid(moved(scene(), motion)), NOBODY)
     assert found.carry(160, 120) == pytest.approx((165, 118), abs=0.1)
 
 
