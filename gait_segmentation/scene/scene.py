@@ -141,10 +141,10 @@ class View:
         """Return the background as a window of an earlier frame should show it."""
         return self.background.moved([self.motion_since(frame).inverse()], [window])
 
-    def people(self, where: Whereabouts) -> NDArray[np.uint8]:
-        """Return where people were in the last frame, (h, w) uint8, 1 there."""
+    def marked(self, areas: Iterable[Box]) -> NDArray[np.uint8]:
+        """Return areas in working pixels as an image, (h, w) uint8, 1 there."""
         people = np.zeros(self.shape, np.uint8)
-        for area in where.areas:
+        for area in areas:
             people[area.slices(self.shape[1], self.shape[0])] = 1
         return people
 
@@ -365,7 +365,7 @@ class Scene:
             expected.append(view.expected(step, where))
             if not (isinstance(view, WholeView) or shown.pyramid.is_blank):
                 background, windows = expected[-1]
-                shares.append(background.agreement(shown.lab, view.people(where), windows))
+                shares.append(background.agreement(shown.lab, view.marked(where.areas), windows))
         blank = newest.pyramid.is_blank
         if min(shares) < _LEAST_SHOWN:
             if leader.frames and newest.pyramid.resembles(leader.now.image.pyramid):
@@ -402,14 +402,14 @@ class Scene:
 
     def _hidden(self, leader: View, people: Mapping[View, Whereabouts]) -> NDArray[np.uint8]:
         """Return where people and what else moves were in the last frame, (h, w) uint8."""
-        hidden = np.zeros(leader.shape, np.uint8)
+        hidden = leader.marked(
+            area.scaled(leader.scale / view.scale)
+            for view, where in people.items()
+            for area in where.areas
+        )
         if self.moving is not None:
             size = leader.shape[::-1]
             hidden |= np.asarray(cv2.resize(self.moving, size, interpolation=cv2.INTER_NEAREST))
-        for view, where in people.items():
-            for area in where.areas:
-                scaled = area.scaled(leader.scale / view.scale)
-                hidden[scaled.slices(leader.shape[1], leader.shape[0])] = 1
         return hidden
 
     def _image(self, shape: tuple[int, int], *, measure: bool = False) -> WorkingImage:
