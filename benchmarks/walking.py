@@ -141,7 +141,7 @@ def measured(name: str, frames: Iterable[Frame]) -> Iterator[Match]:
         scene = scene or Scene((image.shape[0], image.shape[1]))
         scene.advance(image, stamp_ns)
         finder.update(scene)
-        for box, measures in finder.judged():
+        for box, measures in finder.judged:
             iou = 0.0 if truth is None else box.iou(truth)
             nobody = True
             if others is not None:

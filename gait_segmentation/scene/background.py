@@ -13,26 +13,29 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import NO_CHROMA, gray_lab
 from gait_segmentation.images import Window, median
 from gait_segmentation.kernels import kernel
-from gait_segmentation.scene.world_motion import WorldMotion
+from gait_segmentation.scene.ego_motion import WorldMotion
 
-_LEAST_RATE, _HIDDEN_DECAY = 0.04, 0.995
-_SAMPLE_STEP = 3
-SURE_COUNT = 2.0
-"""Times a pixel was seen to be sure what is there."""
-
+_LEAST_RATE = 0.04  # share of a frame in the mean of a pixel that was seen often
+_HIDDEN_DECAY = 0.995  # of the count of a pixel that is hidden, in each frame
+_WARP_DECAY = 0.98  # of all counts in each motion
+SURE_COUNT = 2.0  # times a pixel was seen to be sure what is there
+_SAMPLE_STEP = 3  # rows and columns from one pixel that is measured to the next
+_LEAST_SAMPLES = 50  # fewer pixels do not tell
 # Half the squared distance in ``sigma`` that says nothing, evidence per step, and its limit, which
 # is reached four ``sigma`` away.
-_NEUTRAL, _GAIN, _LIMIT = 4.0, 0.75, 3.0
-_WARP_DECAY = 0.98
-_LEAST_SAMPLES = 50
-_STEEP = 4.0  # slope per pixel, in ``sigma``, from which residuals tell of a wrong place
+_NEUTRAL = 4.0
+_EVIDENCE_GAIN = 0.75
+_MOST_EVIDENCE_OF_PIXEL = 3.0
+_STEEP_SLOPE = 4.0  # per pixel, in ``sigma``, from which residuals tell of a wrong place
 _NOISE_PLACE = 0.25  # what noise alone makes of steep pixels, in pixels
 _PLACE_RATE = 0.5
 # Pixels by which a frame must be off more than those before to be a jolt: more than drift.
 _JOLT = 0.5
 # Standard deviation of normal residuals over the median of their absolute values.
 _OF_MEDIAN = 1.4826
-_SIGMA_START, _SIGMA_LOW, _SIGMA_HIGH = 5.0, 2.5, 14.0
+_SIGMA_START = 5.0
+_SIGMA_LOW = 2.5
+_SIGMA_HIGH = 14.0
 
 
 class BackgroundModel:
@@ -77,7 +80,7 @@ class BackgroundModel:
         self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
     ) -> NDArray[np.uint8]:
         """Return where the :meth:`evidence` is sure not to be the background, (h, w) uint8 0/1."""
-        strange = self._weighed(lab, window, shadow_floor) >= _LIMIT
+        strange = self._weighed(lab, window, shadow_floor) >= _MOST_EVIDENCE_OF_PIXEL
         return (strange & self.is_sure(window)).view(np.uint8)
 
     def evidence(
@@ -89,8 +92,7 @@ class BackgroundModel:
         They are 0 where it is not known.  What is a little darker and of the same chroma is hardly
         clothes of just that colour; the darker a shadow would be, the less is said.
 
-        :param lab: (h, w, 3) uint8, the window of the frame.
-        :param window: its rows and columns.
+        :param lab: (h, w, 3) uint8, the window of the frame alone.
         :param shadow_floor: darkest shadow, as a share of the lightness.
         """
         count = self.count[window]
@@ -102,33 +104,25 @@ class BackgroundModel:
         """Return the evidence however often pixels were seen, if they are known at all."""
         out = np.empty(lab.shape[:2], np.float32)
         sums, top, left = self.part(window)
-        _weigh(sums, lab, top, left, self.sigma, shadow_floor, out)
+        _weigh_background(sums, lab, top, left, self.sigma, shadow_floor, out)
         return out
 
     def agreement(
         self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
-    ) -> float | None:
-        """Return the share of what is sure to be there that a frame shows, None if few tell."""
+    ) -> float:
+        """Return the share of what is sure to be there that a frame shows, 1 if few tell."""
         total = other = 0
         for window in windows:
-            every = _every(window, _SAMPLE_STEP)
+            every = _some_of(window)
             free = person[every] == 0
             strange = self.contradicted(np.ascontiguousarray(lab[every]), every, 1.0)
             total += np.count_nonzero(self.is_sure(every) & free)
             other += np.count_nonzero(strange & free)
-        return 1 - other / total if total >= _LEAST_SAMPLES else None
+        return 1 - other / total if total >= _LEAST_SAMPLES else 1.0
 
     def is_sure(self, window: Window) -> NDArray[np.bool_]:
         """Return which pixels of a window were seen often enough to be sure, (h, w)."""
         return self.count[window] >= np.float32(SURE_COUNT)
-
-    def clear(self) -> None:
-        """Forget all that was seen."""
-        self.sums[:] = 0
-
-    def doubt(self, where: NDArray[np.bool_], share: float) -> None:
-        """Keep a share of how often pixels were seen, where an image, (h, w), is true."""
-        self.sums[where] *= share
 
     def forget(self, where: NDArray[np.uint8]) -> None:
         """Forget the pixels where an image, (h, w) uint8, is not zero."""
@@ -153,14 +147,17 @@ class BackgroundModel:
         more = other.count > self.count
         self.sums[more] = other.sums[more]
 
+    def with_sums(self, sums: NDArray[np.float32]) -> BackgroundModel:
+        """Return a model as sure of itself, with other sums."""
+        other = BackgroundModel((0, 0))
+        other.sums, other.sigma, other.misplacement = sums, self.sigma, self.misplacement
+        return other
+
     def resized(self, shape: tuple[int, int]) -> BackgroundModel:
         """Return the model for a working image of another (h, w)."""
-        other = BackgroundModel((0, 0))
         smaller = shape[0] < self.sums.shape[0]
         way = cv2.INTER_AREA if smaller else cv2.INTER_LINEAR
-        other.sums = np.asarray(cv2.resize(self.sums, shape[::-1], interpolation=way))
-        other.sigma, other.misplacement = self.sigma, self.misplacement
-        return other
+        return self.with_sums(np.asarray(cv2.resize(self.sums, shape[::-1], interpolation=way)))
 
     def moved(
         self, steps: Sequence[WorldMotion], windows: Sequence[Window] | None = None
@@ -169,8 +166,7 @@ class BackgroundModel:
         moves = sum(step.camera is not None for step in steps)
         if moves == 0:
             return self
-        other = BackgroundModel(self.sums.shape[:2])
-        other.sigma, other.misplacement = self.sigma, self.misplacement
+        other = self.with_sums(np.zeros_like(self.sums))
         motion, decay = WorldMotion.over(steps), np.float32(_WARP_DECAY**moves)
         for window in self._all if windows is None else windows:
             # Linear interpolation, frame after frame, would take the contrast out of fine stripes,
@@ -197,8 +193,7 @@ class BackgroundModel:
         self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
     ) -> None:
         """Update ``sigma`` and ``misplacement`` by a frame that is not learnt yet."""
-        residuals, places = self._residuals(lab, person, windows)
-        misplaced = _misplaced(places)
+        residuals, misplaced = self._measured(lab, person, windows)
         if len(residuals):
             spread = 1.2 * _OF_MEDIAN * float(median(residuals)) + 1.5
             self.sigma = min(max(0.9 * self.sigma + 0.1 * spread, _SIGMA_LOW), _SIGMA_HIGH)
@@ -214,15 +209,15 @@ class BackgroundModel:
         A camera that is knocked, or a film between whose frames something is missing, is off by
         more than in the frames before for one frame, in which all edges would be the person's.
         """
-        misplaced = _misplaced(self._residuals(lab, person, windows)[1])
+        _, misplaced = self._measured(lab, person, windows)
         if misplaced is not None and misplaced > self.misplacement + _JOLT:
             self.misplacement = misplaced
 
-    def _residuals(
+    def _measured(
         self, lab: NDArray[np.uint8], person: NDArray[np.uint8], windows: Sequence[Window]
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Return by how many grey levels and pixels parts of a frame are off, none if few tell."""
-        size = sum(self.sums[_every(window, _SAMPLE_STEP)].size for window in windows)
+    ) -> tuple[NDArray[np.float32], float | None]:
+        """Return by how many levels parts of a frame are off, and by how many pixels all is."""
+        size = sum(self.sums[_some_of(window)].size for window in windows)
         residuals, places = np.empty(size, np.float32), np.empty(size, np.float32)
         found = steeps = 0
         for window in windows:
@@ -231,27 +226,23 @@ class BackgroundModel:
                 lab,
                 person,
                 *_bounds(window),
-                _STEEP * self.sigma,
+                _STEEP_SLOPE * self.sigma,
                 residuals[found:],
                 places[steeps:],
             )
             found, steeps = found + more, steeps + steeper
-        enough = found >= 3 * _LEAST_SAMPLES
-        return residuals[: enough * found], places[: enough * steeps]
+        if found < 3 * _LEAST_SAMPLES:
+            return residuals[:0], None
+        if steeps < _LEAST_SAMPLES:
+            return residuals[:found], None
+        misplaced = _OF_MEDIAN * float(median(places[:steeps]))
+        return residuals[:found], max(misplaced**2 - _NOISE_PLACE**2, 0.0) ** 0.5
 
 
-def _misplaced(places: NDArray[np.float32]) -> float | None:
-    """Return by how many pixels a frame is off, of which parts are, None if few tell."""
-    if len(places) < _LEAST_SAMPLES:
-        return None
-    misplaced = _OF_MEDIAN * float(median(places))
-    return max(misplaced**2 - _NOISE_PLACE**2, 0.0) ** 0.5
-
-
-def _every(window: Window, step: int) -> Window:
-    """Return some of the rows and columns of a window."""
-    rows, columns = window
-    return slice(rows.start, rows.stop, step), slice(columns.start, columns.stop, step)
+def _some_of(window: Window) -> Window:
+    """Return the rows and columns of a window that are measured."""
+    top, bottom, left, right = _bounds(window)
+    return slice(top, bottom, _SAMPLE_STEP), slice(left, right, _SAMPLE_STEP)
 
 
 def _bounds(window: Window) -> tuple[int, int, int, int]:
@@ -335,7 +326,7 @@ def _sample_residuals(
 
 
 @kernel('f4[:,:,::1], u1[:,:,::1], i8, i8, f8, f8, f4[:,::1]', fastmath=True, error_model='numpy')
-def _weigh(
+def _weigh_background(
     sums: NDArray[np.float32],
     lab: NDArray[np.uint8],
     top: int,
@@ -348,7 +339,8 @@ def _weigh(
     one, zero = np.float32(1), np.float32(0)
     # Seen that often, though hidden for a time since.
     sure = np.float32(SURE_COUNT - 0.5)
-    gain, neutral, limit = np.float32(_GAIN), np.float32(_NEUTRAL), np.float32(_LIMIT)
+    gain, neutral = np.float32(_EVIDENCE_GAIN), np.float32(_NEUTRAL)
+    limit = np.float32(_MOST_EVIDENCE_OF_PIXEL)
     scale, floor = np.float32(1 / (2 * sigma * sigma)), np.float32(shadow_floor)
     steepness, middle = np.float32(1 / max(1 - shadow_floor, 1e-6)), np.float32(128)
     for row in range(out.shape[0]):

@@ -9,22 +9,33 @@ camera's motion as a robust homography, points on the person the body's shift.
 
 from __future__ import annotations
 
-import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeVar
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window, bounding_box, median
-from gait_segmentation.scene.working import Pyramid
-from gait_segmentation.scene.world_motion import WorldMotion
 
-# Corners that are sought of the world, and about how many points of a body are followed.
-_MOST_OF_WORLD, _ON_BODY = 128, 32
+LEAST_RANGE = 8  # grey levels between darkest and brightest cell; with fewer nothing can be seen
+_HALVINGS = 3  # that make a cell a pixel
+# Correlation of the cells of two pictures from which they may show the same place.
+_SAME_PLACE = 0.5
+_IDENTITY = np.eye(3)
+# From positions to indices of pixels, whose centres are half a pixel on, and back.
+_TO_INDEX = np.array([[1, 0, -0.5], [0, 1, -0.5], [0, 0, 1]])
+_FROM_INDEX = np.array([[1, 0, 0.5], [0, 1, 0.5], [0, 0, 1]])
+_Pixel = TypeVar('_Pixel', np.uint8, np.float32)
+_MOST_OF_WORLD = 128  # corners that are sought
+_ON_BODY = 32  # points that are followed, about
 _LEAST_OF_BODY = 6  # fewer that were found again on a body do not tell its shift
 # Least distances between two corners of the world, in pixels of half the size, and between two
 # points of a body.
-_WORLD_APART, _BODY_APART = 8, 3
+_WORLD_APART = 8
+_BODY_APART = 3
 # Least strength of a corner of the world; noise of 5 grey levels, also along a straight edge,
 # reaches it.  On the body points of a grid are followed, corners or not: their median is taken.
 _LEAST_STRENGTH = 2e-4
@@ -34,22 +45,131 @@ _LEAST_FOLLOWED = 40  # fewer corners of the world than this are replaced at onc
 # small body is larger than the body, and follows what is behind it.
 _ASTRAY_PX = 1.0
 _QUALITY = 0.01  # least strength of a corner, as a share of the strongest
-_SIDE = 11  # side of the window about a point that is compared, in pixels
+_COMPARED_PX = 11  # side of the window about a point that is compared, in pixels
 # Steps, and the length of a step (pixels) that is the last.
 _UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 10, 0.02)
-# Points that are needed, and the median shift up to which they stand still.
-_LEAST_POINTS, _STILL_PX = 8, 0.2
+_LEAST_POINTS = 8  # fewer do not tell the camera's motion
+_STILL_PX = 0.2  # median shift up to which they stand still
 # How far off a point may be that still counts: little, or slow walkers pull the world along.
 _REACH_PX = 0.5
 _MOST_SAMPLES = 100  # pairs of points tried
 # Largest rotation (radians) and zoom from frame to frame that are believed.
-_MOST_TURN, _MOST_ZOOM = 0.2, 1.2
+_MOST_TURN = 0.2
+_MOST_ZOOM = 1.2
 # Share of the corners that must agree on the camera's motion; else it counts as unknown.
 _LEAST_AGREEING = 1 / 3
-_LEVELS_WORLD, _LEVELS_BODY = range(1, 5), range(3)
-_AWAY = 4  # pixels of half the size that corners of the world are away from people
+_WORLD_LEVELS = range(1, 5)
+_BODY_LEVELS = range(3)
+_FROM_PEOPLE = 4  # pixels of half the size that corners of the world are away from people
 # What is at the outline belongs to the surroundings as much as to the body.
 _INNER = np.ones((5, 5), np.uint8)
+
+
+class Pyramid:
+    """
+    A grey image and smaller ones, each half the size of the one before, made when asked for.
+
+    A position in the image times ``0.5**level`` is that in the image of a level.
+    """
+
+    def __init__(self, gray: NDArray[np.uint8]) -> None:
+        """Begin with the image at full size, (h, w) uint8."""
+        self._images = [gray]
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Return (h, w) of the image at full size."""
+        return self._images[0].shape
+
+    def image(self, level: int) -> NDArray[np.uint8]:
+        """Return the image halved as often as ``level`` says."""
+        while len(self._images) <= level:
+            gray = self._images[-1]
+            # Means of 2 x 2 pixels, without the last row or column of an odd number.
+            size = (max(gray.shape[1] // 2, 1), max(gray.shape[0] // 2, 1))
+            part = gray[: 2 * size[1], : 2 * size[0]]
+            self._images.append(np.asarray(cv2.resize(part, size, interpolation=cv2.INTER_AREA)))
+        return self._images[level]
+
+    @cached_property
+    def is_blank(self) -> bool:
+        """Return whether nothing can be seen, as when something covers the lens."""
+        darkest, brightest, *_ = cv2.minMaxLoc(self.image(_HALVINGS))
+        return brightest - darkest < LEAST_RANGE
+
+    def resembles(self, other: Pyramid) -> bool:
+        """Return whether another picture, of the same size, may show the same place."""
+        # By means of cells, in which noise and texture are far less.
+        cells = self.image(_HALVINGS), other.image(_HALVINGS)
+        return float(cv2.matchTemplate(*cells, cv2.TM_CCOEFF_NORMED)[0, 0]) > _SAME_PLACE
+
+
+@dataclass(frozen=True)
+class WorldMotion:
+    """
+    How the still world moved from an earlier frame to a later one, in working pixels.
+
+    ``camera`` is the 3 x 3 homography of its positions, None when it did not move.
+    """
+
+    camera: NDArray[np.float64] | None = None
+
+    @classmethod
+    def over(cls, steps: Iterable[WorldMotion]) -> WorldMotion:
+        """Return the motion over several frames, from each to the next, oldest first."""
+        total = None
+        for step in steps:
+            if step.camera is not None:
+                total = step.camera if total is None else step.camera @ total
+        return cls(total)
+
+    def carry(self, x: float, y: float) -> tuple[float, float]:
+        """Return where a position of the world moved to."""
+        if self.camera is None:
+            return x, y
+        # In plain numbers, which is faster.
+        (a, b, c), (d, e, f), (g, h, i) = self.camera.tolist()
+        depth = g * x + h * y + i
+        return (a * x + b * y + c) / depth, (d * x + e * y + f) / depth
+
+    def inverse(self) -> WorldMotion:
+        """Return how the world moved from the later frame to the earlier one."""
+        return self if self.camera is None else WorldMotion(np.asarray(np.linalg.inv(self.camera)))
+
+    def scaled(self, across: float, down: float) -> WorldMotion:
+        """Return it in the pixels of an image so many times as wide and as high."""
+        if self.camera is None:
+            return self
+        scale = np.array([across, down, 1.0])
+        return WorldMotion(scale[:, None] * self.camera / scale)
+
+    def warped(
+        self,
+        image: NDArray[_Pixel],
+        window: Window,
+        border: int = cv2.BORDER_REPLICATE,
+        interpolation: int = cv2.INTER_LINEAR,
+    ) -> NDArray[_Pixel]:
+        """
+        Return a window of an image of the earlier frame as it looks in the later one.
+
+        :param image: (H, W) or (H, W, C) uint8 or float32.
+        :param border: what lies outside of the image, a ``cv2.BORDER_`` constant.
+        """
+        camera = _IDENTITY if self.camera is None else self.camera
+        rows, columns = window
+        inside = rows.stop <= image.shape[0] and columns.stop <= image.shape[1]
+        if inside and (camera == _IDENTITY).all():
+            return image[window].copy()
+        size = (columns.stop - columns.start, rows.stop - rows.start)
+        if min(size) <= 0:
+            # OpenCV would take the image's size.
+            return np.empty((max(size[1], 0), max(size[0], 0), *image.shape[2:]), image.dtype)
+        matrix = _TO_INDEX @ camera @ _FROM_INDEX
+        matrix[:2] -= np.outer((columns.start, rows.start), matrix[2])
+        return np.asarray(
+            cv2.warpPerspective(image, matrix, size, flags=interpolation, borderMode=border)
+        )
 
 
 class MotionEstimator:
@@ -68,20 +188,12 @@ class MotionEstimator:
 
         self._age = 0
 
-    def update(
-        self,
-        frame: Pyramid,
-        people: NDArray[np.uint8] | None,
-        *,
-        camera: bool = True,
-    ) -> WorldMotion:
+    def update(self, frame: Pyramid, people: NDArray[np.uint8] | None) -> WorldMotion:
         """
         Measure the motion since the last frame in which anything can be seen.
 
-        :param frame: the brightness of this frame, (h, w) at full size.
         :param people: (h, w) uint8 of the last frame, non-zero where people may be; corners of
-            the still world are taken elsewhere.
-        :param camera: whether to estimate the motion of the camera.
+            the still world are taken elsewhere, None if the camera is not to be followed.
         """
         if frame.is_blank:
             self._last = None
@@ -91,7 +203,7 @@ class MotionEstimator:
             self._last = None
             self._corners = self._corners[:0]
             return WorldMotion()
-        return WorldMotion(self._follow_world(self._last, frame, people) if camera else None)
+        return WorldMotion() if people is None else self._follow_world(self._last, frame, people)
 
     def leave_out(self) -> None:
         """Take the newest frame for one in which nothing can be seen."""
@@ -108,11 +220,9 @@ class MotionEstimator:
         """
         Return the shift of a body between the last two frames, None if it is not known.
 
-        :param body: (h, w) uint8 of the frame before the last, non-zero on the person; the part
-            of the image from some row and column on, ``corner``.
-        :param motion: of the world between the two.
-        :param velocity: shift against the still world that is expected; fast bodies are
-            followed from there.
+        :param body: (h, w) uint8 of the earlier frame, non-zero on the person; the part of the
+            image from some row and column on, ``corner``.
+        :param velocity: expected shift against the still world, from where it is followed.
         """
         if self._last is None or self._now is None:
             return None
@@ -129,40 +239,32 @@ class MotionEstimator:
         rows, columns = np.nonzero(inner[apart // 2 :: apart, apart // 2 :: apart])
         points = apart * np.column_stack([columns, rows]) + (left + apart // 2, top + apart // 2)
         points = points.astype(np.float32) + np.float32(0.5)
-        before, after = followed(
-            self._last, self._now, points, _LEVELS_BODY, expected, astray=_ASTRAY_PX
-        )
-        if len(before) < _LEAST_OF_BODY:
+        after, found = followed(self._last, self._now, points, _BODY_LEVELS, expected)
+        # And back (Kalal, Mikolajczyk and Matas, ICPR 2010).
+        back = (-expected[0], -expected[1])
+        again, found_again = followed(self._now, self._last, after, _BODY_LEVELS, back)
+        found &= found_again & (np.hypot(*(again - points).T) < _ASTRAY_PX)
+        if np.count_nonzero(found) < _LEAST_OF_BODY:
             return None
-        x, y = median(after - before).tolist()
+        x, y = median((after - points)[found]).tolist()
         return x, y
 
-    def _follow_world(
-        self, last: Pyramid, now: Pyramid, people: NDArray[np.uint8] | None
-    ) -> NDArray[np.float64] | None:
-        """Return the camera's motion."""
-        half = last.image(_LEVELS_WORLD.start)
-        where = _away_from(people, half.shape)
+    def _follow_world(self, last: Pyramid, now: Pyramid, people: NDArray[np.uint8]) -> WorldMotion:
+        half, side = last.image(_WORLD_LEVELS.start), 2 * _FROM_PEOPLE + 1
+        free = people[: 2 * half.shape[0] : 2, : 2 * half.shape[1] : 2] == 0
+        where = np.asarray(cv2.erode(free.view(np.uint8), np.ones((side, side), np.uint8)))
         columns, rows = (self._corners / 2).astype(int).T
         points = self._corners[where[rows, columns] > 0]
         if self._age >= _FOLLOWED or len(points) < _LEAST_FOLLOWED:
             points = 2 * _corners_of(half, where)
             self._age = 0
         self._age += 1
-        before, after = followed(last, now, points, _LEVELS_WORLD)
+        after, found = followed(last, now, points, _WORLD_LEVELS)
+        before, after = points[found], after[found]
         # Only inside of what is left of the image at half the size.
         limit = np.array([2 * (size // 2) for size in now.shape[::-1]], np.float32)
         self._corners = after[((after >= 0) & (after < limit)).all(axis=1)]
-        return camera_motion(before, after)
-
-
-def _away_from(people: NDArray[np.uint8] | None, shape: tuple[int, ...]) -> NDArray[np.uint8]:
-    """Return, at half the size, what is not 0 away from people."""
-    if people is None:
-        return np.ones(shape, np.uint8)
-    free = people[: 2 * shape[0] : 2, : 2 * shape[1] : 2] == 0
-    side = 2 * _AWAY + 1
-    return cv2.erode(free.view(np.uint8), np.ones((side, side), np.uint8))
+        return WorldMotion(camera_motion(before, after))
 
 
 def _corners_of(gray: NDArray[np.uint8], where: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -183,48 +285,32 @@ def followed(
     points: NDArray[np.float32],
     levels: range,
     expected: tuple[float, float] = (0.0, 0.0),
-    *,
-    astray: float = math.inf,
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
     """
-    Follow points by the pyramidal method of Lucas and Kanade.
+    Follow points, (n, 2) float32, (x, y), by the pyramidal method of Lucas and Kanade.
 
-    :param last, now: two frames.
-    :param points: (n, 2) float32, positions (x, y) in the last frame.
     :param levels: of the pyramids to use, the largest image first.
     :param expected: shift (x, y) in pixels about which they are sought.
-    :param astray: distance in pixels from where a point began that it may end at when it is
-        followed back; by default this is not tried (Kalal, Mikolajczyk and Matas, ICPR 2010).
-    :returns: where those that were found were and are now, (m, 2) float32 each.
+    :returns: where points are now, (n, 2) float32, and (n,) bool, whether that is known.
     """
     if len(points) == 0:
-        return points, points
-    after, found = _follow(last, now, points, levels, expected)
-    if math.isfinite(astray):
-        again, back = _follow(now, last, after, levels, (-expected[0], -expected[1]))
-        found &= back & (np.hypot(*(again - points).T) < astray)
-    return points[found], after[found]
-
-
-def _follow(
-    last: Pyramid,
-    now: Pyramid,
-    points: NDArray[np.float32],
-    levels: range,
-    expected: tuple[float, float],
-) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Return where points are now, (n, 2) float32, and (n,) bool, whether that is known."""
+        return points, np.zeros(0, np.bool_)
     scale, levels_up = np.float32(0.5**levels.start), len(levels) - 1
     before = scale * points - np.float32(0.5)
     after = before + scale * np.array(expected, np.float32)
-    image = last.image(levels.start)
-    window, corner = _about(before, after, _SIDE << levels_up, image.shape)
+    image, both = last.image(levels.start), np.concatenate([before, after])
+    # Only the part that is needed; at least one pixel, also if places are NaN.
+    margin, size = _COMPARED_PX << levels_up, np.array(image.shape[::-1])
+    low, high = (reduced(both).astype(float) for reduced in (np.fmin.reduce, np.fmax.reduce))
+    start = np.minimum(np.fmax(low - margin, 0), size - 1).astype(int)
+    end = np.minimum(np.fmax(high + margin, start + 1), size).astype(int)
+    window, corner = np.s_[start[1] : end[1], start[0] : end[0]], start.astype(np.float32)
     moved, found, _ = cv2.calcOpticalFlowPyrLK(
         image[window],
         now.image(levels.start)[window],
         before - corner,
         after - corner,
-        winSize=(_SIDE, _SIDE),
+        winSize=(_COMPARED_PX, _COMPARED_PX),
         maxLevel=levels_up,
         criteria=_UNTIL,
         flags=cv2.OPTFLOW_USE_INITIAL_FLOW,
@@ -232,35 +318,13 @@ def _follow(
     return np.asarray((moved + corner + np.float32(0.5)) / scale), found.ravel() > 0
 
 
-def _about(
-    before: NDArray[np.float32], after: NDArray[np.float32], margin: int, shape: tuple[int, ...]
-) -> tuple[Window, NDArray[np.float32]]:
-    """Return the part of an image of a shape that points need, and its first column and row."""
-    both, sizes = np.concatenate([before, after]), shape[1::-1]
-    low, high = np.fmin.reduce(both).tolist(), np.fmax.reduce(both).tolist()
-    # At least one pixel, also if places are NaN.
-    left, top = (
-        int(min(max(0.0, place - margin), size - 1))
-        for place, size in zip(low, sizes, strict=True)
-    )
-    right, bottom = (
-        int(min(max(start + 1, place + margin), size))
-        for start, place, size in zip((left, top), high, sizes, strict=True)
-    )
-    window = slice(top, bottom), slice(left, right)
-    return window, np.array([left, top], np.float32)
-
-
 def camera_motion(
     before: NDArray[np.float32], after: NDArray[np.float32]
 ) -> NDArray[np.float64] | None:
     """
-    Return the homography that most points agree on, None if they stand still or are few.
+    Return the homography that most points, (n, 2) float32, agree on; None if few or still.
 
     That is how a still world looks to a camera that turns, and a plane to any camera.
-
-    :param before, after: (n, 2) float32, positions (x, y) of the same points in two frames.
-    :returns: 3 x 3 homography of positions.
     """
     if len(before) < _LEAST_POINTS:
         return None

@@ -23,27 +23,24 @@ from gait_segmentation.geometry import REACH, Box, body_window
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.images import Window
 from gait_segmentation.scene.background import SURE_COUNT, BackgroundModel
-from gait_segmentation.scene.ego_motion import MotionEstimator
-from gait_segmentation.scene.light import Contrast, Light
-from gait_segmentation.scene.working import WorkingImage, working_shape
-from gait_segmentation.scene.world_motion import WorldMotion
+from gait_segmentation.scene.ego_motion import MotionEstimator, WorldMotion
+from gait_segmentation.scene.working import Contrast, Light, WorkingImage, working_shape
 
 Shift = tuple[float, float]
+Expected = tuple[BackgroundModel, list[Window]]
+"""What a frame should show of the background, and the windows in which it is known."""
 
-MOST_KEPT = 16
-"""Frames kept for masks that come late."""
-
-MOTION_GAP = 4
-"""Frames between the two that motion is seen by."""
-
+MOST_KEPT = 16  # frames, for masks that come late
+MOTION_GAP = 4  # frames between the two that motion is seen by
 _LEAST_SHOWN = 0.1  # share of the known background below which a frame shows something else
-_GAP = 3  # frames between the two that tell what moves and is not learnt
+_LEARNT_GAP = 3  # frames between the two that tell what moves and is not learnt
 # Change that is motion: grey levels, and spreads of a still pixel on top.
-_LEVEL, _SPREADS = 6.0, 2.0
+_MOTION_LEVELS = 6.0
+_MOTION_SPREADS = 2.0
 # What is left of the count of a pixel that looks otherwise although nothing moves there.
 _FADE = 0.5
-# Side in pixels of the squares that changes are averaged over and that motion is widened by.
-_SIDE = 5
+# Side of the squares that changes are averaged over and that motion is widened by.
+_CHANGED_PX = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +83,6 @@ NOWHERE = Whereabouts()
 class View:
     """The scene at one scale, with the ``background`` as it looks in the newest frame."""
 
-    is_whole = False
-    """Whether people are looked for in it, whoever is tracked."""
-
     def __init__(self, source: tuple[int, int], scale: float) -> None:
         """Begin with nothing known of (H, W) images; ``scale`` is from these to working pixels."""
         self.source, self.scale = source, scale
@@ -98,7 +92,6 @@ class View:
         self.points = MotionEstimator()
         self._learnt: Frame | None = None
         self._people = deque[tuple[Frame, NDArray[np.uint8]]](maxlen=MOST_KEPT)
-        self._expected = self.background, [self.all]
 
     @property
     def all(self) -> Window:
@@ -138,47 +131,39 @@ class View:
         """Return where people were, (h, w) uint8, non-zero there, None if no mask has come."""
         return next((people for each, people in self._people if each is frame), None)
 
-    def motion_since(self, frame: Frame) -> WorldMotion:
-        """Return how the still world moved from a frame that is kept to the newest."""
+    def motion_since(self, frame: Frame, until: Frame | None = None) -> WorldMotion:
+        """Return how the still world moved from a frame that is kept to another, or the newest."""
         frames = list(self.frames)
-        return WorldMotion.over(each.motion for each in frames[frames.index(frame) + 1 :])
+        end = len(frames) if until is None else frames.index(until) + 1
+        return WorldMotion.over(each.motion for each in frames[frames.index(frame) + 1 : end])
 
     def background_in(self, frame: Frame, window: Window) -> BackgroundModel:
         """Return the background as a window of an earlier frame should show it."""
         return self.background.moved([self.motion_since(frame).inverse()], [window])
 
-    def people(self, where: Whereabouts) -> NDArray[np.uint8]:
-        """Return where people were in the last frame, (h, w) uint8, 1 there."""
+    def marked(self, areas: Iterable[Box]) -> NDArray[np.uint8]:
+        """Return areas in working pixels as an image, (h, w) uint8, 1 there."""
         people = np.zeros(self.shape, np.uint8)
-        for area in where.areas:
+        for area in areas:
             people[area.slices(self.shape[1], self.shape[0])] = 1
         return people
 
-    def expect(self, image: WorkingImage, motion: WorldMotion, where: Whereabouts) -> float | None:
-        """Carry the background on to a frame; return the share that it shows, None if few tell."""
+    def expected(self, motion: WorldMotion, where: Whereabouts) -> Expected:
+        """Return what is expected of the next frame."""
         windows = windows_about(() if where.everywhere else where.areas, motion, self.shape)
-        background = self.background.moved([motion], windows)
-        self._expected = background, windows
-        if image.pyramid.is_blank or not windows:
-            return None
-        return background.agreement(image.lab, self.people(where), windows)
+        return self.background.moved([motion], windows), windows
 
     def accept(
         self,
         image: WorkingImage,
         motion: WorldMotion,
-        heat: HeatMap | None = None,
+        expected: Expected,
+        heat: HeatMap | None,
         *,
-        blank: bool = False,
+        blank: bool,
     ) -> None:
-        """
-        Take in a frame.
-
-        :param motion: of the world since the last frame.
-        :param heat: P(person) from elsewhere, of this frame or one before.
-        :param blank: whether nothing of the scene can be seen.
-        """
-        background, windows = self._expected
+        """Take in a frame, and what was :meth:`expected` of it; see :class:`Frame`."""
+        background, windows = expected
         if not blank:
             self.background = background
         stamps = [each.image.stamp_ns for each in [*self.frames][-MOTION_GAP:]]
@@ -194,8 +179,7 @@ class View:
 
     def clear(self) -> None:
         """Forget the place, for the camera shows another one from now on."""
-        for model in (self.background, self._expected[0]):
-            model.clear()
+        self.background.sums[:] = 0
         self.frames.clear()
 
     def add_background(
@@ -210,21 +194,23 @@ class View:
         Learn the background from a frame that is kept, unless nothing can be seen in it.
 
         :param people: (h, w) uint8, non-zero where people may be in it.
-        :param around: windows about people in it, in which the noise is measured.
+        :param around: windows in which the noise is measured.
         :param gate: whether to leave out what moves against the world.
         """
         self._people.append((frame, people))
         if frame.blank:
             return
-        lab, hidden, motion = frame.image.lab, people, self.motion_since(frame)
-        windows = frame.windows
+        lab, motion, windows = frame.image.lab, self.motion_since(frame), frame.windows
+        hidden = people.copy()
         if motion.camera is not None:
             # The mask came late: the frame is moved on to where the background is by now.
             windows = around = self.now.windows
-            lab, people = _lab_after(motion, lab, windows), _hidden_after(motion, people, windows)
+            earlier, lab = lab, np.zeros_like(lab)
+            for window in windows:
+                lab[window] = motion.warped(earlier, window)
+            people = _hidden_after(motion, people, windows)
         self.background.measure_noise(lab, people, around)
         if gate:
-            hidden = hidden.copy()
             self._add_moving(hidden, frame)
         if motion.camera is not None:
             hidden = _hidden_after(motion, hidden, windows)
@@ -233,12 +219,10 @@ class View:
     def _add_moving(self, people: NDArray[np.uint8], frame: Frame) -> None:
         """Add to people, (h, w) uint8, what else moves against the world."""
         frames = list(self.frames)
-        index = frames.index(frame)
-        if index == 0:
+        earlier = frames[max(0, frames.index(frame) - _LEARNT_GAP)]
+        if earlier is frame:
             return
-        first = max(0, index - _GAP)
-        earlier = frames[first]
-        motion = WorldMotion.over(each.motion for each in frames[first + 1 : index + 1])
+        motion = self.motion_since(earlier, frame)
         gray = frame.image.gray
         for window in frame.windows:
             then = motion.warped(earlier.image.gray, window)
@@ -253,23 +237,20 @@ class View:
 class WholeView(View):
     """The scene all over the image; its background moves only when learnt, as motion blurs it."""
 
-    is_whole = True
-
     def __init__(self, source: tuple[int, int], scale: float) -> None:
         """Make a view of which nothing is known; see :class:`View`."""
         super().__init__(source, scale)
         self._since = WorldMotion()
         self.clear()
 
-    def expect(self, image: WorkingImage, motion: WorldMotion, where: Whereabouts) -> None:
-        """Remember the motion; see :meth:`View.expect`."""
+    def expected(self, motion: WorldMotion, where: Whereabouts) -> Expected:
+        """Return the background as it was learnt, of all of the image."""
         self._since = WorldMotion.over([self._since, motion])
-        self._expected = self.background, [self.all]
+        return self.background, [self.all]
 
     def clear(self) -> None:
         """Forget the place."""
         self.background, self._since = BackgroundModel(self.shape), WorldMotion()
-        self._expected = self.background, [self.all]
         self._smooth = self.background.sums
         self.is_known = False
         """Whether anything has been learnt."""
@@ -281,10 +262,8 @@ class WholeView(View):
 
     def smoothed(self) -> BackgroundModel:
         """Return the background in the newest frame, blurred by 3 x 3 pixels."""
-        smooth = BackgroundModel((0, 0))
-        smooth.sigma = self.background.sigma
-        smooth.sums = self._since.warped(self._smooth, self.all, cv2.BORDER_CONSTANT)
-        return smooth
+        sums = self._since.warped(self._smooth, self.all, cv2.BORDER_CONSTANT)
+        return self.background.with_sums(sums)
 
     def add_all(self, hidden: NDArray[np.uint8]) -> None:
         """Learn the newest frame, but what is not zero in ``hidden``, (h, w) uint8."""
@@ -294,7 +273,7 @@ class WholeView(View):
         # What has left or has come to stay is no mean with what was there before: the longer
         # that was seen, the longer it must be missed.
         other = (model.contradicted(lab, self.all, 1.0) > 0) & (hidden == 0)
-        model.doubt(other, _FADE)
+        model.sums[other] *= _FADE
         gone = other & (model.count < SURE_COUNT)
         model.forget(gone)
         model.add(lab, np.where(other & ~gone, np.uint8(1), hidden))
@@ -367,62 +346,70 @@ class Scene:
         newest = self._image(leader.shape, measure=True)
         images = {leader.shape: newest}
         hidden = self._hidden(leader, people)
-        motion = leader.points.update(newest.pyramid, hidden, camera=options.camera)
+        motion = leader.points.update(newest.pyramid, hidden if options.camera else None)
         steps = []
         for view in self.views:
             if view.shape not in images:
                 images[view.shape] = self._image(view.shape)
             if view is not leader:
-                view.points.update(images[view.shape].pyramid, None, camera=False)
+                view.points.update(images[view.shape].pyramid, None)
             down, across = (a / b for a, b in zip(view.shape, leader.shape, strict=True))
             steps.append(motion if view is leader else motion.scaled(across, down))
         self.fades = options.fade and newest.faded and not faded
         if self.fades:
             for view in self.views:
                 view.background.fade(newest.textured)
-        shares = [
-            view.expect(images[view.shape], step, people.get(view, NOWHERE))
-            for view, step in zip(self.views, steps, strict=True)
-        ]
+        expected, shares = [], [1.0]
+        for view, step in zip(self.views, steps, strict=True):
+            shown, where = images[view.shape], people.get(view, NOWHERE)
+            expected.append(view.expected(step, where))
+            if not (isinstance(view, WholeView) or shown.pyramid.is_blank):
+                background, windows = expected[-1]
+                shares.append(background.agreement(shown.lab, view.marked(where.areas), windows))
         blank = newest.pyramid.is_blank
-        if min((share for share in shares if share is not None), default=1.0) < _LEAST_SHOWN:
+        if min(shares) < _LEAST_SHOWN:
             if leader.frames and newest.pyramid.resembles(leader.now.image.pyramid):
                 self._light.forget()
                 for view in self.views:
                     view.clear()
+                expected = [
+                    (view.background, windows)
+                    for view, (_, windows) in zip(self.views, expected, strict=True)
+                ]
             else:
                 blank, steps = True, [WorldMotion()] * len(steps)
                 for view in self.views:
                     view.points.leave_out()
         if not blank:
             self._light.follow(motion, hidden)
-        for view, step in zip(self.views, steps, strict=True):
-            view.accept(images[view.shape], step, heat, blank=blank)
+        for view, step, each in zip(self.views, steps, expected, strict=True):
+            view.accept(images[view.shape], step, each, heat, blank=blank)
 
     def add(self, view: View) -> None:
         """Take in a view, and show it the newest frame."""
-        first, heat = not self.views, self._frame[2]
+        first, heat, still = not self.views, self._frame[2], WorldMotion()
         image = self._image(view.shape, measure=first)
-        view.points.update(image.pyramid, None, camera=False)
+        view.points.update(image.pyramid, None)
         if first and not image.pyramid.is_blank:
-            self._light.follow(WorldMotion(), np.zeros(view.shape, np.uint8))
-        view.accept(image, WorldMotion(), heat, blank=image.pyramid.is_blank)
+            self._light.follow(still, np.zeros(view.shape, np.uint8))
+        expected = view.expected(still, NOWHERE)
+        view.accept(image, still, expected, heat, blank=image.pyramid.is_blank)
         self.views.append(view)
 
     def keep(self, views: Collection[View]) -> None:
         """Let go of all other views, but of that in which people are looked for."""
-        self.views = [view for view in self.views if view in views or view.is_whole]
+        self.views = [view for view in self.views if view in views or isinstance(view, WholeView)]
 
     def _hidden(self, leader: View, people: Mapping[View, Whereabouts]) -> NDArray[np.uint8]:
         """Return where people and what else moves were in the last frame, (h, w) uint8."""
-        hidden = leader.people(people.get(leader, NOWHERE))
+        hidden = leader.marked(
+            area.scaled(leader.scale / view.scale)
+            for view, where in people.items()
+            for area in where.areas
+        )
         if self.moving is not None:
             size = leader.shape[::-1]
             hidden |= np.asarray(cv2.resize(self.moving, size, interpolation=cv2.INTER_NEAREST))
-        for view, where in people.items():
-            for area in where.areas if view is not leader else ():
-                scaled = area.scaled(leader.scale / view.scale)
-                hidden[scaled.slices(leader.shape[1], leader.shape[0])] = 1
         return hidden
 
     def _image(self, shape: tuple[int, int], *, measure: bool = False) -> WorkingImage:
@@ -434,16 +421,6 @@ class Scene:
         return WorkingImage.of(
             image, stamp_ns, shape, light, contrast, texture=texture, measure=measure
         )
-
-
-def _lab_after(
-    motion: WorldMotion, lab: NDArray[np.uint8], windows: Sequence[Window]
-) -> NDArray[np.uint8]:
-    """Return windows of a frame in Lab as the world has moved since, (h, w, 3) uint8."""
-    moved = np.zeros_like(lab)
-    for window in windows:
-        moved[window] = motion.warped(lab, window)
-    return moved
 
 
 def _hidden_after(
@@ -462,27 +439,25 @@ def moving_pixels(
     """
     Return where something moves against the still world, (h, w) uint8, 1 where it does.
 
-    :param gray: (h, w) uint8 brightness of a window of this frame.
-    :param then: (h, w) uint8, that of some frames before, warped with the still world.
+    :param gray, then: (h, w) uint8, of this frame, and before, warped with the still world.
     :param spread: of a still pixel about its mean, in grey levels.
     """
     if then.size == 0:
         return np.zeros(then.shape, np.uint8)
-    change = cv2.blur(cv2.absdiff(gray, then), (_SIDE, _SIDE))
-    level = math.floor(_LEVEL + _SPREADS * spread)
+    change = cv2.blur(cv2.absdiff(gray, then), (_CHANGED_PX, _CHANGED_PX))
+    level = math.floor(_MOTION_LEVELS + _MOTION_SPREADS * spread)
     _, moving = cv2.threshold(change, level, 1, cv2.THRESH_BINARY)
-    return np.asarray(cv2.dilate(moving, np.ones((_SIDE, _SIDE), np.uint8)))
+    return np.asarray(cv2.dilate(moving, np.ones((_CHANGED_PX, _CHANGED_PX), np.uint8)))
 
 
 def windows_about(
     areas: Iterable[Box], motion: WorldMotion, shape: tuple[int, int]
 ) -> list[Window]:
     """
-    Return disjoint windows with room about people, as the camera moved them.
+    Return disjoint windows with room about people, all of an image of (h, w) if there are none.
 
     :param areas: where people were in the last frame, in pixels.
     :param motion: of the world since.
-    :param shape: (h, w) of the image; all of it is the window if there are no people.
     """
     height, width = shape
     boxes: list[Box] = []

@@ -42,56 +42,40 @@ from gait_segmentation.segmentation.graph_cut import (
 )
 from gait_segmentation.starting.hypotheses import VIEWS, Hypothesis, lay_onto
 
-_HEIGHT = 70
-"""
-Height in pixels to which a taller person is scaled down for the estimate, and a broader one until
-its width is 0.75 of that.
-"""
-
-_ROUNDS = 3
-_BAND_SHARE = 0.5
-"""Rounds of the maximisation, and weight of the colours of the own height band."""
-
-_PRIOR = 0.45
-_TEMPERATURE = 0.03
-_MASK_SHARE = 0.9
+# Height in pixels to which a taller person is scaled down for the estimate, and a broader one
+# until its width is 0.75 of that.
+_MOST_HEIGHT = 70
+_ROUNDS = 3  # of the maximisation
+_OWN_BAND = 0.5  # weight of the colours of the own height band
+_PRIOR = 0.45  # weight of the templates
+_TEMPERATURE = 0.03  # of the weights of templates, in similarity
+_MASK_SHARE = 0.9  # of the cut in the soft mask that colours are learnt from
+# How much less sure a result is that has a third of the votes, see :meth:`Start.maximise`.
 _VOTE = 0.1
-"""How much less sure a result is that has a third of the votes, see :meth:`Scene.maximise`."""
-
+# What else is tried in boxes broader than this for their height: how tall the body is for the box,
+# and to which side it stands, as far as there is room.
 _STANCES = ((1.5, 0.0), (2.2, 0.0), (1.0, -1.0), (1.0, 1.0))
 _STANCES_FROM = 0.5
-"""
-What else is tried in boxes broader than this for their height: how tall the body is for the box,
-and to which side it stands, as far as there is room.
-"""
-
-_TILTED, _MOST_TILT = 0.05, 0.5
-_BORDER_PX, _BORDER = 2, 0.09
+_TILTED = 0.05  # tilt in radians from which templates lean, too
+_STEEPEST_TILT = 0.5
+# How close to the border of the image a box ends there: in pixels, and of a box broader than a
+# whole body, which has this width over its height, as a share of its size.  The margin that a
+# given box is shrunk by is less.
+_BORDER_PX = 2
+_BORDER = 0.09
 _BROAD = 0.75
-"""
-How close to the border of the image a box ends there: in pixels, and of a box broader than a whole
-body, which has this width over its height, as a share of its size.  The margin that a given box is
-shrunk by is less.
-"""
-
+# Tallest body, in the image's longer sides: no box may be larger, and what is thought to go on
+# beyond the border must stay within what can be matched.
 _TALLEST = 4.0
-"""
-Tallest body, in the image's longer sides: no box may be larger, and what is thought to go on
-beyond the border must stay within what can be matched.
-"""
-
-_FLOOR = 3e-5
-_LIMIT = 4.0
-"""Probability of a colour never seen, and most that colours say, as a logarithm."""
-
-_CONTRAST = 2.0
+_LEAST_PROBABILITY = 3e-5  # of a colour, also of one never seen
+_MOST_BY_COLOURS = 4.0  # that they say, as a logarithm
+_CONTRAST = 2.0  # weight of the links of the cut
+# How far beyond the box there may be something of the person that stands out, in heights.
 _ROOM = 0.06
-"""How far beyond the box there may be something of the person that stands out, in heights."""
-
 _FAR = np.float32(1e9)
-_LEVEL, _TEXTURE_GAIN = 15.0, 0.7
-"""Barrier that says nothing: a constant and a share of the texture's range of colours."""
-
+# Barrier that says nothing: a constant and a share of the texture's range of colours.
+_NEUTRAL_LEVEL = 15.0
+_TEXTURE_GAIN = 0.7
 
 _Estimate = tuple[float, NDArray[np.bool_], BodyFrame]
 """What comes of a hypothesis: how good it is, (h, w) labels and the body in the window."""
@@ -135,14 +119,14 @@ def estimate_first_mask(
     box, cuts = _at_borders(in_view(box, shape), shape)
     window = body_window(box.center_x, box.center_y, box.height, box).slices(*shape[::-1])
     # A box broader than a body shows a part of one that is taller than the box.
-    scale = min(1.0, _HEIGHT / max(box.height, box.width / _BROAD))
+    scale = min(1.0, _MOST_HEIGHT / max(box.height, box.width / _BROAD))
     rows, columns = (max(4, round(side * scale)) for side in size_of(window))
     lab, evidence = (
         cv2.resize(image[window], (columns, rows), interpolation=cv2.INTER_AREA)
         for image in (lab, evidence)
     )
     small = box.shifted(-window[1].start, -window[0].start).scaled(scale)
-    scene = Scene.about(lab, small, evidence)
+    start = Start.about(lab, small, evidence)
     lay = partial(lay_onto, small, bank, (rows, columns), cuts)
     hypotheses = [lay(view) for view in VIEWS]
     if box.width > _STANCES_FROM * box.height:
@@ -150,15 +134,15 @@ def estimate_first_mask(
             # How far a body goes on beyond a border of the image is tried in any case.
             if aside or not any(cuts[:2]):
                 hypotheses += [lay(view, taller=taller, aside=aside) for view in VIEWS]
-    found = [scene.maximise(each) for each in hypotheses]
+    found = [start.maximise(each) for each in hypotheses]
     tilt = axis_tilt((_vote(found) > 0.5).astype(np.uint8))
-    tilt = min(max(tilt, -_MOST_TILT), _MOST_TILT)
+    tilt = min(max(tilt, -_STEEPEST_TILT), _STEEPEST_TILT)
     if use_tilt and abs(tilt) > _TILTED:
         # Only now, because upright people would be mistaken for leaning ones.
         likely = max(range(len(found)), key=lambda number: found[number][0])
         center = small.center_x, small.center_y
-        scene = replace(scene, rows=body_rows(lab.shape[:2], (0, 0), center, small.height, tilt))
-        found.append(scene.maximise(lay(hypotheses[likely].view, tilt)))
+        start = replace(start, rows=body_rows(lab.shape[:2], (0, 0), center, small.height, tilt))
+        found.append(start.maximise(lay(hypotheses[likely].view, tilt)))
     votes = np.zeros(shape, np.float32)
     across = size_of(window)[::-1]
     votes[window] = cv2.resize(_vote(found), across, interpolation=cv2.INTER_LINEAR)
@@ -183,23 +167,14 @@ def _vote(found: Sequence[_Estimate]) -> NDArray[np.float32]:
 
 
 def in_view(box: Box, shape: tuple[int, int]) -> Box:
-    """
-    Return a box moved so that a pixel of it is in an image of the given (h, w).
-
-    That of a given box may be gone by the margin that it was shrunk by, or by rounding.
-    """
+    """Return a box moved so that a pixel of it, if only of its margin, is in an image (h, w)."""
     dx = max(1 - box.right, 0.0) + min(shape[1] - 1 - box.x, 0.0)
     dy = max(1 - box.bottom, 0.0) + min(shape[0] - 1 - box.y, 0.0)
     return box.shifted(dx, dy) if dx or dy else box
 
 
 def _at_borders(box: Box, shape: tuple[int, int]) -> tuple[Box, tuple[bool, bool, bool, bool]]:
-    """
-    Return a box up to the borders that cut the body, and which those are.
-
-    :param shape: (h, w) of the image.
-    :returns: the box, and whether the border cuts at the top, bottom, left and right.
-    """
+    """Return a box up to the borders that cut the body: top, bottom, left and right, or not."""
     broad = box.width > _BROAD * box.height
     tall = max(_BORDER_PX, _BORDER * box.height) if broad else _BORDER_PX
     wide = max(_BORDER_PX, _BORDER * box.width)
@@ -212,15 +187,14 @@ def _at_borders(box: Box, shape: tuple[int, int]) -> tuple[Box, tuple[bool, bool
 
 
 @dataclass(frozen=True)
-class Scene:
+class Start:
     """
     The window about the box at the size the first mask is estimated on.
 
     ``lab`` is (h, w, 3) uint8 and ``bins`` (h, w) its colour bins, ``rows`` (h, w) float32 how
     far down the body, ``inside`` (h, w) bool where the person may be, ``evidence`` (h, w) float32
-    are log-odds of the person that do not change, ``contrast`` is the mean one there and
-    ``height`` that of the box.  ``models`` are learnt anew for each soft mask: one of the person,
-    one of the surroundings.
+    are log-odds of the person that do not change, ``contrast`` is the mean one there.  The models
+    of the ``person`` and of the ``rest`` are learnt anew for each soft mask.
     """
 
     lab: NDArray[np.uint8]
@@ -229,19 +203,12 @@ class Scene:
     inside: NDArray[np.bool_]
     evidence: NDArray[np.float32]
     contrast: float
-    height: float
-    models: tuple[ColourModel, ColourModel]
+    person: ColourModel
+    rest: ColourModel
 
     @classmethod
-    def about(cls, lab: NDArray[np.uint8], box: Box, known: NDArray[np.float32]) -> Scene:
-        """
-        Prepare a window.
-
-        :param lab: (h, w, 3) uint8.
-        :param box: tight box of the person in its pixels.
-        :param known: (h, w) float32, log-likelihood ratios of the person from elsewhere, 0 where
-            nothing is known.
-        """
+    def about(cls, lab: NDArray[np.uint8], box: Box, known: NDArray[np.float32]) -> Start:
+        """Prepare a window with a tight box, of which :func:`estimate_first_mask` is told."""
         shape = lab.shape[:2]
         inside = np.zeros(shape, np.bool_)
         inside[box.slices(*shape[::-1])] = True
@@ -252,8 +219,8 @@ class Scene:
         evidence += known * inside
         rows = body_rows(shape, (0, 0), (box.center_x, box.center_y), box.height)
         contrast = mean_contrast(open_graph(np.where(inside, 0, -1).astype(np.int8)), lab)
-        models = ColourModel(_BAND_SHARE, _FLOOR), ColourModel(_BAND_SHARE, _FLOOR)
-        return cls(lab, colour_bins(lab), rows, inside, evidence, contrast, box.height, models)
+        person, rest = (ColourModel(_OWN_BAND, _LEAST_PROBABILITY) for _ in range(2))
+        return cls(lab, colour_bins(lab), rows, inside, evidence, contrast, person, rest)
 
     def maximise(self, hypothesis: Hypothesis) -> _Estimate:
         """Return what comes of one hypothesis."""
@@ -279,18 +246,13 @@ class Scene:
     def _colours(
         self, person: NDArray[np.float32], rest: NDArray[np.float32]
     ) -> NDArray[np.float32]:
-        """
-        Return ln p(person) / p(surroundings) of all pixels by their colours, within +-4.
-
-        :param person: (h, w) float32 in 0..1, the soft mask that colours are learnt from; ``rest``
-            likewise of the surroundings.
-        """
+        """Return log-odds by the colours learnt from soft masks, all (h, w) float32."""
         bands = np.clip((self.rows * np.float32(BANDS)).astype(np.intp), 0, BANDS - 1)
         found = []
-        for model, weight in zip(self.models, (person, rest), strict=True):
+        for model, weight in ((self.person, person), (self.rest, rest)):
             model.accumulate(self.bins, self.rows, weight, 1.0)
             found.append(np.log(model.table[self.bins, bands]))
-        return np.clip(found[0] - found[1], -_LIMIT, _LIMIT)
+        return np.clip(found[0] - found[1], -_MOST_BY_COLOURS, _MOST_BY_COLOURS)
 
     def _cut(self, logit: NDArray[np.float32]) -> NDArray[np.bool_]:
         """Return the cut of least energy with a data term, (h, w) float32."""
@@ -299,12 +261,7 @@ class Scene:
         return minimum_cut(graph, logit.reshape(-1)[graph.pixels])
 
     def gap(self, labels: NDArray[np.bool_]) -> float:
-        """
-        Return by how much a mask falls short of the sides of where the person may be.
-
-        :param labels: (h, w) bool.
-        :returns: sum over the four sides, as shares of the width and height; 2 for no mask.
-        """
+        """Return by what shares a (h, w) mask is less wide and high than ``inside``, 0 to 2."""
         whole, found = Box.around(self.inside), Box.around(labels)
         if whole is None or found is None:
             return 2.0
@@ -354,12 +311,9 @@ def _scan(
 
 def barrier_distance(image: NDArray[np.uint8], inside: NDArray[np.bool_]) -> NDArray[np.float32]:
     """
-    Return the minimum barrier distance of each pixel from the outside of a region.
+    Return the minimum barrier distance of each pixel from the outside of a region, (h, w) bool.
 
-    :param image: (h, w, 3) uint8.
-    :param inside: (h, w) bool, the region; all other pixels have distance zero.
-    :returns: (h, w) float32, in grey levels summed over the channels; 1e9 where the region has
-        no outside.
+    It is (h, w) float32, in grey levels summed over the channels; 1e9 if all is inside.
     """
     distance = np.where(inside, _FAR, np.float32(0)).astype(np.float32)
     high, low = image.copy(), image.copy()
@@ -370,13 +324,9 @@ def barrier_distance(image: NDArray[np.uint8], inside: NDArray[np.bool_]) -> NDA
 
 def barrier_evidence(lab: NDArray[np.uint8], inside: NDArray[np.bool_]) -> NDArray[np.float32]:
     """
-    Return log-odds of the person by the barrier distance, zero outside of the region.
+    Return log-odds of the person by the barrier distance, (h, w) float32 within +-1.
 
     What distance is large depends on the texture of the surroundings, and is measured there.
-
-    :param lab: (h, w, 3) uint8.
-    :param inside: (h, w) bool, the box.
-    :returns: (h, w) float32, limited to +-1.
     """
     if inside.all() or not inside.any():
         return np.zeros(inside.shape, np.float32)
@@ -384,5 +334,5 @@ def barrier_evidence(lab: NDArray[np.uint8], inside: NDArray[np.bool_]) -> NDArr
     kernel = np.ones((5, 5), np.uint8)
     spread = cv2.absdiff(cv2.dilate(smooth, kernel), cv2.erode(smooth, kernel))
     texture = float(np.median(spread[~inside].sum(axis=1, dtype=np.int32)))
-    neutral = np.float32(_LEVEL + _TEXTURE_GAIN * texture)
+    neutral = np.float32(_NEUTRAL_LEVEL + _TEXTURE_GAIN * texture)
     return np.minimum(barrier_distance(smooth, inside) / neutral - 1, 1) * inside

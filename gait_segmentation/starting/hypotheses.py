@@ -19,32 +19,24 @@ from gait_segmentation.kernels import kernel
 VIEWS = (0.0, np.pi / 4, np.pi / 2, 3 * np.pi / 4, np.pi)
 """Directions of walking; towards and away from the camera look the same to a silhouette."""
 
-_ANISOTROPY = 0.35
-"""Most that a template is stretched in one direction against the other, as a logarithm."""
-
-_ASPECT_SIGMA, _CUT_SIGMA = 0.32, 0.64
-"""
-Spread of a box's aspect about that of its template, as a logarithm: of a whole body, and of one
-that the upper or lower border of the image cuts.
-"""
-
+_ANISOTROPY = 0.35  # most stretch in one direction against the other, as a logarithm
+# Spread of a box's aspect about that of its template, as a logarithm: of a whole body, and of one
+# that the upper or lower border of the image cuts.
+_ASPECT_SIGMA = 0.32
+_CUT_SIGMA = 0.64
+# Templates whose aspect is this much less likely than the best one's are left out.
 _NEGLIGIBLE = 0.02
-"""Templates whose aspect is this much less likely than the best one's are left out."""
-
+# Most that a body may be broader than its box, as a logarithm, at a side of the image.
 _MOST_BEYOND = 1.2
-"""Most that a body may be broader than its box, as a logarithm, at a side of the image."""
-
+# Bodies tried that reach beyond the border of the image, in heights of the box.
 _TALLER = (1.0, 1.4, 2.0, 2.8)
-"""Bodies tried that reach beyond the border of the image, in heights of the box."""
-
-_BLUR_PX = 0.7
-"""Blur of averaged templates."""
+_BLUR_PX = 0.7  # of averaged templates
 
 
 @dataclass(frozen=True)
 class Hypothesis:
     """
-    All templates of one direction and tilt (radians) laid onto a box.
+    All templates of one direction and tilt (radians, positive to the right) laid onto a box.
 
     ``templates`` is (K, h, w) uint8 in the rows and columns ``part`` of the window, beyond which
     they are zero, ``weight`` (K,) float32 their prior weight by aspect, ``axis`` (K,) float32 the
@@ -75,12 +67,7 @@ class Hypothesis:
         return BodyFrame(float(self.axis[template]), middle, height, self.angle)
 
     def average(self, weights: NDArray[np.float32], shape: tuple[int, int]) -> NDArray[np.float32]:
-        """
-        Return the weighted mean of the templates, blurred, (h, w) float32 in 0..1.
-
-        :param weights: (K,) float32.
-        :param shape: (h, w) of the window.
-        """
+        """Return the mean of the templates by (K,) float32, blurred, (h, w) float32 in 0..1."""
         share = (weights / max(float(weights.sum()), 1e-12) / 255).astype(np.float32)
         part, mean = np.zeros(self.templates.shape[1:], np.float32), np.zeros(shape, np.float32)
         _add_weighted(self.templates, share, part)
@@ -112,21 +99,19 @@ def lay_onto(
     """
     Lay the templates of a direction onto a box, extents on extents.
 
-    :param box: the tight box of the person in the window's pixels.
-    :param shape: (h, w) of the window.
+    :param box: the tight box of the person in a window of ``shape`` (h, w).
     :param cuts: whether the box ends at the upper, lower, left and right border of the image, so
         that the body may reach beyond.
-    :param view: the direction of walking.
-    :param angle: tilt of the body in radians, positive when the head leans to the right.
-    :param taller: height of the body in heights of the box, if no border cuts it: the box is then
-        that of its upper part.
+    :param view: the direction of walking, and ``angle`` the tilt of the body, in radians.
+    :param taller: height of the body in heights of the box, which is of its upper part, if no
+        border cuts it.
     :param aside: where the body stands in a box that is broader: -1 left, 0 middle, 1 right.
     """
     difference = np.abs(np.angle(np.exp(1j * (bank.azimuth.astype(np.float64) - view))))
     sequences = np.flatnonzero(difference <= difference.min() + 1e-3)
     laid = [template for sequence in sequences for template in bank.templates[sequence]]
     if angle:
-        laid = [_turned(template, angle) for template in laid]
+        laid = [_leaning(template, angle) for template in laid]
     tight, whole = (
         np.array([bounding_box((each > level).view(np.uint8)) for each in laid], np.int32)
         for level in (127, 0)
@@ -196,7 +181,7 @@ def _span(
     return slice(start, min(max(high, start + 1), size))
 
 
-def _turned(template: NDArray[np.uint8], angle: float) -> NDArray[np.uint8]:
+def _leaning(template: NDArray[np.uint8], angle: float) -> NDArray[np.uint8]:
     """Return a template turned about the middle of its grid, on a square one that holds it."""
     height, width = template.shape
     side = math.ceil(math.hypot(height, width))

@@ -5,7 +5,7 @@ What moves in the scene where no person is tracked yet.
 
 It is looked for in a small image, by the difference from a moment ago and from the background,
 which is learnt where nothing moves.  No empty scene is needed: a walker stands out as soon as he
-has moved on by his own width.
+has moved on by his own width.  What moves is put together to blobs, of one body each.
 """
 
 from __future__ import annotations
@@ -18,45 +18,53 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import median
+from gait_segmentation.images import inner_range, median
+from gait_segmentation.scene.ego_motion import WorldMotion
 from gait_segmentation.scene.scene import Scene, WholeView
-from gait_segmentation.scene.world_motion import WorldMotion
-from gait_segmentation.starting.blobs import Blob, find_blobs
 
-_PERIOD_S, _SHARE = 0.12, 0.1
-"""
-Time between two frames that are learnt, at most, and as a share of the time for which the place
-is known, since the longer it is, the less one more tells.
-"""
-
-_GAP_NS = 140_000_000
-"""Time between the two frames whose difference shows what moves now."""
-
-_SPREADS = 2.0
-"""Least difference that is motion, in spreads of a still pixel about its mean."""
-
-_STEEP, _LEAST_STEEP = 4.0, 50
-"""
-Range of lightness about a pixel from which it tells by how much the place is off, in times of the
-least difference; and the number of such pixels that are needed.
-"""
-
+# Time between two frames that are learnt, at most, and as a share of the time for which the place
+# is known, since the longer it is, the less one more tells.
+_LEARN_S = 0.12
+_LEARN_SHARE = 0.1
+_GAP_NS = 140_000_000  # between the two frames whose difference shows what moves now
+_STILL_SPREADS = 2.0  # least difference that is motion, in spreads of a still pixel
+# Range of lightness about a pixel from which it tells by how much the place is off, in times of
+# the least difference; and the number of such pixels that are needed.
+_STEEP_LEVELS = 4.0
+_LEAST_STEEP = 50
 _AROUND = np.ones((3, 3), np.uint8)
+# Rim of a warped frame that is not compared, and of what moves that is not learnt.
 _RIM = np.ones((5, 5), np.uint8)
-"""Rim of a warped frame that is not compared, and of what moves that is not learnt."""
+# How near something must have been in the frame before that is not fleeting, the share of the
+# image that is fleeting in rain or snow, in the mean of some frames, and what one counts in it.
+_NOT_FLEETING = np.ones((3, 7), np.uint8)
+_WEATHER = 0.04
+_GAIN_WEATHER = 0.2
+_SHADOW_FLOOR = 0.6  # darkest shadow, as a share of the background's lightness; clothes are darker
+_BROKEN = 0.5  # share of pixels that differ at which the place is not the one learnt
+# Share of a blob's pixels beyond each end of its box.
+_TRIM_ROWS = 0.005
+_TRIM_COLUMNS = 0.02
+_LEAST_AREA = 10  # pixels of a part of a blob
+_MOST_PARTS = 32  # of all blobs, the largest ones
+# Share of the narrower part's width that two parts above each other must have in common, and most
+# that they may be apart, in heights of both together.
+_WIDTH_SHARED = 0.4
+_HEIGHTS_APART = 0.25
 
-_NEAR = np.ones((3, 7), np.uint8)
-_WEATHER, _GAIN_WEATHER = 0.04, 0.2
-"""
-How near something must have been in the frame before that is not fleeting, the share of the image
-that is fleeting in rain or snow, in the mean of some frames, and what a frame counts in it.
-"""
 
-_SHADOW_FLOOR = 0.6
-"""Darkest shadow, as a share of the lightness of the background; what is darker are clothes."""
+@dataclass(frozen=True)
+class Blob:
+    """
+    Moving pixels that hang together.
 
-_BROKEN = 0.5
-"""Share of pixels that differ at which the place is not the one learnt."""
+    ``box`` is the box of those that move now, ``area`` the number of all pixels and ``moving``
+    that of those that move now.
+    """
+
+    box: Box
+    area: int
+    moving: int
 
 
 @dataclass(frozen=True)
@@ -81,11 +89,7 @@ class MotionDetector:
     """Shows what moves in a scene before a camera that may move, and lets it learn the rest."""
 
     def __init__(self, scene: Scene, scale: float) -> None:
-        """
-        Begin with the newest frame of a scene.
-
-        :param scale: from source pixels to those of the image that is searched.
-        """
+        """Begin with the newest frame of a scene, at a scale from source to searched pixels."""
         self._scene, self._view = scene, WholeView(scene.source, scale)
         scene.add(self._view)
         self._last = self._view.now
@@ -94,8 +98,7 @@ class MotionDetector:
     def _forget(self) -> None:
         self._view.clear()
         self._evidence = np.zeros(self._view.shape, np.uint8)
-        self._weather = 0.0
-        self._begun = self._learnt = 0.0
+        self._weather = self._begun = self._learnt = 0.0
 
     def close(self) -> None:
         """Let the scene go on without a view for the search."""
@@ -108,18 +111,13 @@ class MotionDetector:
         return self._view if self._view.is_known else None
 
     def update(self, taken: Sequence[Box] = ()) -> MovingRegions:
-        """
-        Look at the newest frame of the scene.
-
-        :param taken: boxes in the searched image in which no person is looked for, because it is
-            known who is there.
-        """
+        """Look at the newest frame beside who is known, in boxes in the searched image."""
         view = self._view
         now, (height, width) = view.now, view.shape
         # More frames may have come than are kept.
         last = self._last if self._last in view.frames else view.frames[0]
         step, self._last = view.motion_since(last), now
-        seconds, lab = now.image.stamp_ns / 1e9, np.asarray(cv2.blur(now.image.lab, (3, 3)))
+        lab = np.asarray(cv2.blur(now.image.lab, (3, 3)))
         moving = self._moving(lab)
         evidence = moving.copy()
         if view.is_known:
@@ -139,14 +137,14 @@ class MotionDetector:
         for window in windows:
             filled[window] = 255
         self._scene.moving = filled
-        self._learn(filled, seconds)
+        self._learn(filled, now.image.stamp_ns / 1e9)
         x, y = step.carry(width / 2, height / 2)
         return MovingRegions(evidence, blobs, silhouettes, (x - width / 2, y - height / 2), fresh)
 
     def _lasting(self, evidence: NDArray[np.uint8], step: WorldMotion) -> NDArray[np.uint8] | None:
         """Return what was there in the last frame, too, (h, w) uint8, None in fair weather."""
         before, self._evidence = self._evidence, evidence
-        lasting = cv2.dilate(step.warped(before, self._view.all), _NEAR)
+        lasting = cv2.dilate(step.warped(before, self._view.all), _NOT_FLEETING)
         fleeting = cv2.countNonZero(cv2.bitwise_and(evidence, cv2.bitwise_not(lasting)))
         self._weather += _GAIN_WEATHER * (fleeting / evidence.size - self._weather)
         if self._weather <= _WEATHER:
@@ -160,7 +158,7 @@ class MotionDetector:
         since_ns = view.now.image.stamp_ns - _GAP_NS
         earlier = [each for each in view.frames if each.image.stamp_ns <= since_ns]
         frame = earlier[-1] if earlier else view.frames[0]
-        motion, level = view.motion_since(frame), _SPREADS * view.background.sigma
+        motion, level = view.motion_since(frame), _STILL_SPREADS * view.background.sigma
         before = np.asarray(cv2.blur(np.ascontiguousarray(frame.image.lab[..., 0]), (3, 3)))
         if motion.camera is None:
             difference = cv2.absdiff(gray, before)
@@ -172,24 +170,71 @@ class MotionDetector:
             # the median of those of the frame, of which people are the lesser part.
             span = cv2.morphologyEx(before, cv2.MORPH_GRADIENT, _AROUND)
             some, spans = difference[::2, ::2], span[::2, ::2].astype(np.float32)
-            steep = (spans > _STEEP * level) & (some > 0)
+            steep = (spans > _STEEP_LEVELS * level) & (some > 0)
             if np.count_nonzero(steep) >= _LEAST_STEEP:
-                off = _SPREADS * float(median(some[steep] / spans[steep]))
+                off = _STILL_SPREADS * float(median(some[steep] / spans[steep]))
                 difference = cv2.subtract(difference, cv2.convertScaleAbs(span, alpha=off))
         _, moving = cv2.threshold(difference, level, 255, cv2.THRESH_BINARY)
         return np.asarray(cv2.medianBlur(moving, 3))
 
     def _learn(self, filled: NDArray[np.uint8], seconds: float) -> None:
-        """
-        Learn the background now and then.
-
-        :param filled: (h, w) uint8 of the searched image, non-zero where it cannot be seen.
-        """
+        """Learn the background now and then, where (h, w) uint8 is zero."""
         self._begun = self._begun or seconds
         known_s = seconds - self._begun
-        wait = min(_SHARE * known_s, _PERIOD_S)
+        wait = min(_LEARN_SHARE * known_s, _LEARN_S)
         # Before that it is not known what moves.
-        if known_s < _GAP_NS / 1e9 or seconds - self._learnt < wait:
-            return
-        self._learnt = seconds
-        self._view.add_all(np.asarray(cv2.dilate(filled, _RIM)))
+        if known_s >= _GAP_NS / 1e9 and seconds - self._learnt >= wait:
+            self._learnt = seconds
+            self._view.add_all(np.asarray(cv2.dilate(filled, _RIM)))
+
+
+def find_blobs(
+    evidence: NDArray[np.uint8], moving: NDArray[np.uint8]
+) -> tuple[list[Blob], NDArray[np.uint8]]:
+    """
+    Find the blobs of a frame: connected components, put together where they are one body.
+
+    :param evidence: (h, w) uint8, non-zero where something is that is no background.
+    :param moving: (h, w) uint8, non-zero where something moves now.
+    :returns: the blobs, largest first; and (h, w) uint8, 255 where a blob moves, filled row by
+        row between its outermost moving pixels.
+    """
+    closed = cv2.morphologyEx(evidence, cv2.MORPH_CLOSE, np.ones((5, 3), np.uint8))
+    # Labels of 16 bits are three times as fast; 480 x 480 pixels cannot hold more.
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(
+        closed, connectivity=8, ltype=cv2.CV_16U
+    )
+    parts = [k for k in range(1, count) if stats[k, cv2.CC_STAT_AREA] >= _LEAST_AREA]
+    parts.sort(key=lambda k: -stats[k, cv2.CC_STAT_AREA])
+    bodies: list[tuple[list[int], Box]] = []
+    for part in parts[:_MOST_PARTS]:
+        members, box = [part], Box(*stats[part, :4].tolist())
+        # What has grown may now be of one body with what it was not before.
+        while near := [body for body in bodies if _are_one_body(body[1], box)]:
+            bodies.remove(near[0])
+            members, box = members + near[0][0], box.union(near[0][1])
+        bodies.append((members, box))
+    filled = np.zeros_like(evidence)
+    blobs = []
+    for members, box in bodies:
+        rows, columns = window = box.slices(evidence.shape[1], evidence.shape[0])
+        body = np.isin(labels[window], members) & (evidence[window] != 0)
+        moves = body & (moving[window] != 0)
+        if not moves.any():
+            continue
+        between = np.logical_or.accumulate(moves, axis=1)
+        between &= np.logical_or.accumulate(moves[:, ::-1], axis=1)[:, ::-1]
+        filled[window][between] = 255
+        top, bottom = inner_range(between.sum(axis=1), _TRIM_ROWS)
+        left, right = inner_range(between.sum(axis=0), _TRIM_COLUMNS)
+        box = Box(columns.start + left, rows.start + top, right - left, bottom - top)
+        blobs.append(Blob(box, int(body.sum()), int(moves.sum())))
+    return sorted(blobs, key=lambda blob: -blob.area), filled
+
+
+def _are_one_body(a: Box, b: Box) -> bool:
+    """Tell whether two parts lie above each other, as those of one body do."""
+    across = min(a.right, b.right) - max(a.x, b.x)
+    if across < _WIDTH_SHARED * min(a.width, b.width):
+        return False
+    return max(a.y, b.y) - min(a.bottom, b.bottom) < _HEIGHTS_APART * a.union(b).height

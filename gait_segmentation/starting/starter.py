@@ -4,35 +4,49 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Sequence
+from itertools import takewhile
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.detector.lookout import Lookout, Sighting
+from gait_segmentation.detector.person_detector import Detection
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.scene.scene import Scene, WholeView
-from gait_segmentation.starting.blobs import BodyShapes
-from gait_segmentation.starting.config import StartingConfig
-from gait_segmentation.starting.finder import WalkerFinder
-from gait_segmentation.starting.map_finder import MapFinder
-from gait_segmentation.starting.sightings import Sightings
+from gait_segmentation.starting.finder import StartingConfig, WalkerFinder, belongs
+from gait_segmentation.starting.shapes import BodyShapes, normalised
 
 BY_WALK, BY_MAP, BY_DETECTOR = 'walk', 'map', 'detector'
 """What people are found by."""
 
-_MOST_THINGS, _SAME_THING = 32, 0.3
-"""Things that are remembered, and intersection over union of boxes that are of the same."""
-
-_PART, _ABOUT = 0.75, 0.25
-"""
-Height of what may be left of somebody who leaves the image, and how far beside them it may be, in
-their heights.
-"""
+# Scores from which somebody is a person at once, when they are seen again, and when they have
+# moved until then: a coat on a hook looks a little like a person for as long as it hangs there.
+SURE = 0.6
+_SURE_IF_AGAIN = 0.5
+_SURE_IF_MOVED = 0.3
+_AGAIN_NS = 1_000_000_000  # within which somebody must be seen again
+_AGAIN_IOU = 0.1  # of two boxes from which they may be of one person
+_MOVED = 0.1  # how far somebody has moved who is no thing, in heights of their box
+# Values of a map from which regions are made: at an eighth what a network is unsure of is part of
+# a body; at one half people who touch may be apart.
+_MAP_LEVELS = 32, 127
+# Tanimoto similarity with the best template from which a region may be a body, and how much more
+# it must be in sum over maps in a row: the clear shape of a body is enough at once.
+_LIKE_A_BODY = 0.1
+_ENOUGH = 0.2
+_MOST_THINGS = 32  # that are remembered
+_THING_IOU = 0.3  # of two boxes that are of the same thing
+# Of what may be left of somebody who leaves the image: its height over theirs, and how far beside
+# them it may be, in their heights.
+_LEFT_HEIGHT = 0.75
+_LEFT_BESIDE = 0.25
 
 
 class Proposal(NamedTuple):
@@ -75,13 +89,7 @@ class Starter:
     def __init__(
         self, bank: TemplateBank, config: StartingConfig, slots: int, lookout: Lookout
     ) -> None:
-        """
-        Begin without having seen anything.
-
-        :param bank: the templates that people are found with.
-        :param slots: how many people there may be.
-        :param lookout: who looks at whole images.
-        """
+        """Begin without having seen anything; there may be so many people as ``slots``."""
         self.config = config
         self.walkers = WalkerFinder(bank, config, slots)
         self._slots, self._lookout = slots, lookout
@@ -98,14 +106,14 @@ class Starter:
     @property
     def background(self) -> WholeView | None:
         """Return the scene as it was before there were people, None if it is not known."""
-        return self.walkers.background
+        return None if self.walkers.detector is None else self.walkers.detector.known
 
     def reject(self, box: Box) -> None:
         """Take nobody any more for a person who is seen just there, where a thing is."""
         self._things.append(box)
 
     def _is_thing(self, box: Box) -> bool:
-        return any(box.iou(thing) > _SAME_THING for thing in self._things)
+        return any(box.iou(thing) > _THING_IOU for thing in self._things)
 
     def look(self, image: NDArray[np.uint8], stamp_ns: int, known: Known) -> Sighting | None:
         """
@@ -171,7 +179,109 @@ def _is_part(box: Box, people: Sequence[Box], source: tuple[int, int]) -> bool:
     """Return whether a region is what is left of somebody who leaves an image of (H, W)."""
     for body in people:
         inside = body.x >= 0 and body.right <= source[1] and body.bottom <= source[0]
-        about = body.padded(_ABOUT * body.height, _ABOUT * body.height)
-        if not inside and box.height < _PART * body.height and about.iou(box) > 0:
+        about = body.padded(_LEFT_BESIDE * body.height, _LEFT_BESIDE * body.height)
+        if not inside and box.height < _LEFT_HEIGHT * body.height and about.iou(box) > 0:
             return True
     return False
+
+
+class Sightings:
+    """Remembers whom the detector saw first when and where, while they are ``waiting``."""
+
+    def __init__(self) -> None:
+        self.waiting: list[tuple[int, Box]] = []
+
+    def update(
+        self, stamp_ns: int, people: Sequence[Detection], occupied: Sequence[Box], least: float
+    ) -> list[Box]:
+        """
+        Take in a look at the whole image, and return the people newly found, the tallest first.
+
+        :param occupied: boxes of who is tracked, like all others in source pixels.
+        :param least: height of who is found.
+        """
+        before, self.waiting = self.waiting, []
+        found = []
+        for person in people:
+            box = person.box
+            unlikely = person.score < _SURE_IF_MOVED or box.height < least
+            if unlikely or belongs(box, occupied):
+                continue
+            last = max(before, key=lambda seen: box.iou(seen[1]), default=None)
+            if last and (stamp_ns - last[0] > _AGAIN_NS or box.iou(last[1]) < _AGAIN_IOU):
+                last = None
+            if person.score >= SURE or (
+                last and (person.score >= _SURE_IF_AGAIN or _has_moved(last[1], box))
+            ):
+                found.append(box)
+            else:
+                self.waiting.append(last or (stamp_ns, box))
+        return sorted(found, key=lambda box: -box.height)
+
+
+def _has_moved(before: Box, now: Box) -> bool:
+    dx, dy = now.center_x - before.center_x, now.center_y - before.center_y
+    return math.hypot(dx, dy) >= _MOVED * now.height
+
+
+class MapFinder:
+    """Finds people in heat maps: regions that have the shape of a body."""
+
+    def __init__(self, shapes: BodyShapes) -> None:
+        self._shapes = shapes
+        self._stamp_ns = 0
+        self._regions: list[tuple[Box, float]] = []
+        """What may be a body, in source pixels, and how sure that is by now."""
+
+    def update(
+        self, heat: HeatMap, source: tuple[int, int], occupied: Sequence[Box], least: float
+    ) -> list[Box]:
+        """
+        Take in a map, once, and return the boxes of people newly found, the tallest first.
+
+        :param source: (H, W) of the frames.
+        :param occupied: boxes of people known already, like all others in source pixels.
+        :param least: height of who is found.
+        """
+        if heat.stamp_ns == self._stamp_ns or not heat.trust:
+            return []
+        self._stamp_ns = heat.stamp_ns
+        before, self._regions = self._regions, []
+        for box, evidence in self._bodies(heat.values, source, occupied, least):
+            past = (known for other, known in before if belongs(other, [box]))
+            self._regions.append((box, evidence + max(past, default=0.0)))
+        self._regions.sort(key=lambda region: -region[0].height)
+        # A taller one who is not sure yet may be so with the next map, and there may be one slot.
+        found = list(takewhile(lambda region: region[1] >= _ENOUGH, self._regions))
+        del self._regions[: len(found)]
+        return [box for box, _ in found]
+
+    def _bodies(
+        self,
+        values: NDArray[np.uint8],
+        source: tuple[int, int],
+        occupied: Sequence[Box],
+        least: float,
+    ) -> list[tuple[Box, float]]:
+        """Return the regions that may be a body, none of them a part of another one."""
+        across, down = source[1] / values.shape[1], source[0] / values.shape[0]
+        regions: list[tuple[float, Box]] = []
+        for level in _MAP_LEVELS:
+            # Not cv2.compare: that takes an image of one pixel for something else.
+            above = cv2.inRange(values, level + 1, 255)
+            _, labels, stats, _ = cv2.connectedComponentsWithStats(above)
+            # The first are the pixels below the level.
+            for number, (x, y, w, h, _) in enumerate(stats[1:].tolist(), 1):
+                box = Box(x * across, y * down, w * across, h * down)
+                if box.height < least or belongs(box, occupied):
+                    continue
+                region = cv2.inRange(labels[y : y + h, x : x + w], number, number)
+                shape = normalised(region, box.width / box.height)
+                regions.append((self._shapes.likeness(shape), box))
+        # Of a region and its parts the one that shows most of a body.
+        regions.sort(key=lambda region: -region[0] * region[1].height ** 2)
+        whole: list[tuple[Box, float]] = []
+        for likeness, box in regions:
+            if all(box.iou(other) == 0 for other, _ in whole):
+                whole.append((box, likeness - _LIKE_A_BODY))
+        return [(box, evidence) for box, evidence in whole if evidence > 0]

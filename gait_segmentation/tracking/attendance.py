@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from gait_segmentation.detector.person_detector import Detection
 from gait_segmentation.geometry import Box
-from gait_segmentation.starting.sightings import SURE
+from gait_segmentation.starting.starter import SURE
 
 _ABSENT = math.log(200)
 """How much less than certain a silence by chance is, in logarithms, when nobody is there."""

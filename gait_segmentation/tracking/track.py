@@ -18,7 +18,7 @@ from gait_segmentation.images import Window, shifted_part, size_of
 from gait_segmentation.results import LOST, TRACKED, FeatureWeight, Feedback, TrackResult
 from gait_segmentation.scene.scene import MOST_KEPT, Frame, Shift, View
 from gait_segmentation.starting import FirstMask
-from gait_segmentation.starting.probation import Probation
+from gait_segmentation.starting.shapes import Probation
 from gait_segmentation.tracking.association import PixelClaim
 from gait_segmentation.tracking.attendance import Attendance
 from gait_segmentation.tracking.config import TrackingConfig

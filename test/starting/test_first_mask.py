@@ -6,7 +6,7 @@ import pytest
 
 from gait_segmentation.geometry import Box, check_matched_box
 from gait_segmentation.starting import FirstMask, estimate_first_mask
-from gait_segmentation.starting.first_mask import Scene, barrier_distance
+from gait_segmentation.starting.first_mask import Start, barrier_distance
 from test.walkers import box_of, clip, overlap, small_bank
 
 
@@ -119,11 +119,11 @@ def test_what_stands_out_counts_also_just_outside_of_the_box() -> None:
 BOX = Box(20, 10, 40, 100)
 
 
-def scene(known: np.ndarray | None = None) -> Scene:
+def scene(known: np.ndarray | None = None) -> Start:
     """Return a window with somebody dark in the left half of the box, before something light."""
     lab = np.full((120, 80, 3), 200, np.uint8)
     lab[10:110, 20:40] = 60
-    return Scene.about(lab, BOX, np.zeros((120, 80), np.float32) if known is None else known)
+    return Start.about(lab, BOX, np.zeros((120, 80), np.float32) if known is None else known)
 
 
 def test_beside_the_box_only_what_is_known_to_stand_out_may_be_the_person() -> None:

@@ -9,7 +9,7 @@ import pytest
 from gait_segmentation.geometry import Box
 from gait_segmentation.scene.background import BackgroundModel
 from gait_segmentation.scene.scene import Scene
-from gait_segmentation.starting.moving import MotionDetector, MovingRegions
+from gait_segmentation.starting.moving import MotionDetector, MovingRegions, find_blobs
 
 SHAPE = (120, 160)
 RED = (40, 30, 220)
@@ -106,7 +106,7 @@ def test_who_is_known_is_no_blob_and_is_not_learnt(pan: float) -> None:
         image = seen(number, pan)
         known, other = Box(20 + number, 30, 16, 60), Box(60 + 2 * number, 40, 24, 50)
         for box in (known, other):
-            image[box.slices(SHAPE[1], SHAPE[0])] = RED
+            image[inside(box)] = RED
         frame = scene.show(number, image, known.padded(3, 3))
     assert max(blob.box.iou(other) for blob in frame.blobs) > 0.5
     assert max(blob.box.iou(known) for blob in frame.blobs) < 0.1
@@ -120,7 +120,7 @@ def test_a_walker_of_the_first_frame_and_the_place_behind_are_soon_known(pan: fl
     scene, shown = Watch(), []
     for number in range(30):
         image = seen(number, pan)
-        image[block(number).slices(SHAPE[1], SHAPE[0])] = RED
+        image[inside(block(number))] = RED
         shown.append(scene.show(number, image))
     [blob] = [each for each in shown[24].blobs if each.box.iou(block(24)) > 0]
     assert blob.box.iou(block(24)) > 0.5
@@ -137,10 +137,9 @@ def test_a_walker_of_the_first_frame_and_the_place_behind_are_soon_known(pan: fl
     known[:, 140:] = False
     assert np.percentile(np.abs(found.mean - lab_of(truth))[known], 95) < 12
     person = seen(29, pan)
-    person[block(29).slices(SHAPE[1], SHAPE[0])] = RED
+    person[true := inside(block(29))] = RED
     every = slice(0, SHAPE[0]), slice(0, SHAPE[1])
     evidence = found.evidence(lab_of(person), every, 0.5)
-    true = inside(block(29))
     assert np.median(evidence[true & known]) > 1
     assert np.median(evidence[~true & known]) < -1
 
@@ -160,3 +159,43 @@ def test_what_always_moves_is_never_learnt_and_what_has_left_is_not_mixed_in() -
     known, part = scene.background(), (slice(62, 98), slice(112, 148))
     assert (known.count[part] >= 2).all()
     assert np.abs(known.mean[part] - lab_of(seen(0))[part].astype(float)).max() < 12
+
+
+def image(*boxes: tuple[int, int, int, int]) -> np.ndarray:
+    """Return (120, 160) uint8, 255 in the boxes (x, y, width, height)."""
+    out = np.zeros(SHAPE, np.uint8)
+    for box in boxes:
+        out[inside(Box(*box))] = 255
+    return out
+
+
+def test_parts_above_each_other_are_one_body() -> None:
+    body = image((40, 20, 20, 40), (42, 66, 8, 30))
+    blobs, _ = find_blobs(body, body)
+    assert [blob.box for blob in blobs] == [Box(40, 20, 20, 76)]
+    assert blobs[0].area == blobs[0].moving == 20 * 40 + 8 * 30
+
+
+def test_the_box_is_about_what_moves_now() -> None:
+    # A walker beside the place that was uncovered when he left, still joined to it.
+    evidence = image((20, 20, 60, 60))
+    blobs, _ = find_blobs(evidence, image((60, 20, 20, 60)))
+    assert [blob.box for blob in blobs] == [Box(60, 20, 20, 60)]
+    assert blobs[0].area == 3600
+    assert blobs[0].moving == 1200
+
+
+def test_rows_are_filled_between_what_moves() -> None:
+    # Of a plain coat only the edges are seen to move.
+    edges = image((40, 20, 3, 60), (57, 20, 3, 60))
+    coat = image((40, 20, 20, 60))
+    _, filled = find_blobs(coat, edges)
+    assert np.array_equal(filled, coat)
+
+
+def test_specks_and_what_does_not_move_are_no_blobs() -> None:
+    assert find_blobs(image((10, 10, 2, 2)), image((10, 10, 2, 2)))[0] == []
+    assert find_blobs(image((10, 10, 20, 40)), image())[0] == []
+    blobs, filled = find_blobs(image(), image())
+    assert blobs == []
+    assert not filled.any()

@@ -60,7 +60,7 @@ class Finder:
     def reject(self, box: Box) -> None:
         self.rejected.append(box)
 
-    background = None
+    detector = None
     """Nothing is known of the place."""
 
     def find(self, figure: Figure) -> None:
@@ -136,6 +136,8 @@ def test_nobody_is_looked_for_once_boxes_are_given_until_a_reset(finder: Finder)
     told.tracker.reset()
     told.show(Figure(60))
     assert finder.wanted
+    Told(2, 'none').show(Figure(60))
+    assert not finder.wanted
 
 
 @pytest.mark.parametrize('auto', ['none', 'walk'])

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.kernels import kernel
+from gait_segmentation.scene.ego_motion import WorldMotion
 from gait_segmentation.scene.scene import MOTION_GAP, moving_pixels
-from gait_segmentation.scene.world_motion import WorldMotion
 from gait_segmentation.tracking.cues import Cue, CueInput, Evidence
 
 _LEAST_MOTION = 0.02

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gait_segmentation.starting.probation import Probation
+from gait_segmentation.starting.shapes import Probation
 
 
 def bar(share: float) -> np.ndarray:
