@@ -55,13 +55,13 @@ from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.segmentation import PeopleSegmenter
 from gait_tools.evaluation.metrics import error_percent, evaluation_window
-from gait_tools.evaluation.report import aligned, tracking_table, write_json
+from gait_tools.evaluation.report import aligned, tracking_table
 from gait_tools.evaluation.sequence import Sequence
 from gait_tools.evaluation.session import Session, load_sequences
 from gait_tools.evaluation.variants import KINDS, write_variant
 from gait_tools.figures.walk import Given, Shot, Walk, phases_of, record
 from gait_tools.gait_model import FIGURES
-from gait_tools.outputs import check_file
+from gait_tools.outputs import check_file, write_json
 
 Numbers = dict[str, Any]
 

@@ -22,9 +22,8 @@ from gait_segmentation.cli.tool import (
 from gait_segmentation.config import overridden, replaced
 from gait_segmentation.files import keep_apart
 from gait_segmentation.geometry import Box
-from gait_tools.evaluation.report import write_figure, write_image
 from gait_tools.figures.walk import figured, open_walk
-from gait_tools.outputs import is_own_picture, keep_others, make_folder
+from gait_tools.outputs import is_own_picture, keep_others, make_folder, write_figure, write_image
 
 FILES = ('table.png', 'frames.png', 'phase.png', 'prior.png')
 """What is written: Fig. 1, Figs. 2 and 3, Fig. 4, and section 4."""

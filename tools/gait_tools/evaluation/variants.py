@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.people import MOST_PEOPLE
-from gait_tools.evaluation.report import write_image
 from gait_tools.evaluation.sequence import Sequence
+from gait_tools.outputs import write_image
 
 MAPS_FOLDER = 'map'  # folder of heat maps beside the frames
 # Blur of the heat maps and side of their blocks, pixels; share of blocks that are inverted.

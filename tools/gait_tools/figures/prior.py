@@ -83,7 +83,7 @@ def draw_prior(steps: PriorSteps, number: int, config: SegmentationConfig) -> Fi
     """Draw how the prior is made of a template's outline and the image."""
     terms, points, height = steps.terms, steps.terms.points, steps.body.height
     words = len(steps.by_word)
-    colours = word_colours(words)[:, ::-1] / 255
+    colours = word_colours(words)
     counts = np.bincount(steps.words, minlength=words)
     most = np.argsort(-counts, kind='stable')[:WORDS]
     figure = Figure(figsize=(10, 9), dpi=100, layout='constrained')
