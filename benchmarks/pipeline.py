@@ -12,7 +12,7 @@ gait_evaluate does, the bars of clips as they are with what was measured, and of
 and worst J.  Further, by themselves::
 
     python benchmarks/pipeline.py [FOLDER ...] [--walkers 20] [--groups 10] [--init box auto]
-        [--kinds dark map-late ...] [--keep DIR]
+        [--kinds dark map-late ...]
     python benchmarks/pipeline.py FOLDER ... --priors
     python benchmarks/pipeline.py --phases [--set matching.lag=12]
     python benchmarks/pipeline.py --places
@@ -55,13 +55,13 @@ from gait_segmentation.kernels import compile_kernels
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.segmentation import PeopleSegmenter
 from gait_tools.evaluation.metrics import error_percent, evaluation_window
-from gait_tools.evaluation.report import aligned, tracking_table, write_json
+from gait_tools.evaluation.report import aligned, tracking_table
 from gait_tools.evaluation.sequence import Sequence
 from gait_tools.evaluation.session import Session, load_sequences
-from gait_tools.evaluation.variants import KINDS, write_variant
+from gait_tools.evaluation.variants import KINDS, MAPS, TIMES, Variant
 from gait_tools.figures.walk import Given, Shot, Walk, phases_of, record
 from gait_tools.gait_model import FIGURES
-from gait_tools.outputs import check_file
+from gait_tools.outputs import check_file, write_json
 
 Numbers = dict[str, Any]
 
@@ -141,16 +141,12 @@ def vary(options: argparse.Namespace, config: PipelineConfig, root: Path) -> Num
     """Run all clips in all kinds; print and return the scores and the bars."""
     fixed = [setting.partition('=')[0].strip() for setting in options.set]
     synthetic = not options.folders
-    clips = made_clips(options, root / 'made') if synthetic else load_sequences(options.folders)
+    clips = made_clips(options, root) if synthetic else load_sequences(options.folders)
     report: Numbers = {'bars': []}
     rows = [['kind', 'init', 'clips', 'J', 'worst', 'clip']]
     for kind, init in itertools.product(options.kinds, options.init):
-        chosen, maps, folder = clips, '', root / kind / init
-        if kind != 'plain':
-            written = {each.name: folder / each.name for each in chosen}
-            for each in chosen:
-                maps = write_variant(each, kind, written[each.name], options.heat_map)
-            chosen = load_sequences(written.values())
+        maps = TIMES.get(kind, 'map') if kind in MAPS else ''
+        chosen: list[Sequence] = [Variant.of(each, kind, options.heat_map) for each in clips]
         found = report[f'{kind} {init}'] = evaluated(chosen, config, init, maps, fixed)
         print(f'{kind}, init {init}\n{tracking_table(found)}\n', flush=True)
         if kind == 'plain':
@@ -273,7 +269,6 @@ def main() -> int:
         help=', '.join(KINDS))  # fmt: skip
     add('--init', nargs='+', choices=['box', 'auto'], default=['box', 'auto'])
     add('--heat-map', default='', metavar='NAME', help='folder of heat maps beside the frames')
-    add('--keep', type=Path, metavar='DIR', help='keep the clips in DIR, which must be new')
     add('--priors', action='store_true', help='compare the shape priors by themselves')
     add('--phases', action='store_true', help='compare the phase with and without the path')
     add('--seed', type=int, default=1, help='of --phases')
@@ -299,7 +294,7 @@ def main() -> int:
         find_places()
     else:
         with tempfile.TemporaryDirectory() as scratch:
-            report = vary(options, config, options.keep or Path(scratch))
+            report = vary(options, config, Path(scratch))
     if options.json is not None:
         write_json(options.json, report)
     return 0 if all(report.get('bars', ())) else 1

@@ -22,13 +22,11 @@ from numpy.typing import NDArray
 from benchmarks.synthetic.scenery import make_panorama
 from benchmarks.synthetic.walkers import Walker, draw_walker, make_outfit
 from gait_segmentation.errors import SequenceError
-from gait_segmentation.files import write_file
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_tools.evaluation.metrics import AMBIGUOUS, PERSON, UNCLEAR
-from gait_tools.evaluation.report import write_image
 from gait_tools.evaluation.sequence import frame_stamp_ns
 from gait_tools.gait_model import FIGURES
-from gait_tools.outputs import writing
+from gait_tools.outputs import write, write_image
 
 EYE_LEVEL = 0.9
 """Height of the camera above the ground, in statures."""
@@ -243,9 +241,7 @@ class SyntheticSequence:
         about['initial_frame'] = 0
         about['notes'] = f'synthetic, seed {self.config.seed}'
         about['labels'] = {'background': 0, 'ambiguous': AMBIGUOUS, 'person': PERSON}
-        path = folder / 'sequence.yaml'
-        with writing(path):
-            write_file(path, yaml.safe_dump(about, sort_keys=False).encode())
+        write(folder / 'sequence.yaml', yaml.safe_dump(about, sort_keys=False).encode())
 
     def seconds(self, number: int) -> float:
         """Return the time of a frame after half way of the clip."""

@@ -1,28 +1,29 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Places that can be written to and are not somebody else's, and pictures."""
+"""Places that can be written to and are not somebody else's, and writing there."""
 
 from __future__ import annotations
 
-import struct
+import io
+import json
 import tempfile
-import zlib
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
-from gait_segmentation.errors import ConfigError, GaitSegmentationError, SequenceError
+from gait_segmentation.errors import ConfigError, SequenceError
 from gait_segmentation.files import write_file
 
-_HEAD = 4096  # bytes of a file by which its kind is told
-_PNG_HEADER = 33  # length of the signature of a PNG and its first part, which describes the image
-SAYS = {'Software': 'gait_segmentation'}  # what PNGs say that are written here
+if TYPE_CHECKING:  # which takes long to load
+    from matplotlib.figure import Figure
 
-_MARK = b'tEXtSoftware\0' + SAYS['Software'].encode()
+_HEAD = 4096  # bytes of a file by which its kind is told
+_SOFTWARE = 'gait_segmentation'  # what PNGs say that are written here
 
 
 def make_folder(option: str, folder: Path) -> None:
@@ -76,34 +77,40 @@ def with_part(page: Path, name: str, part: str) -> str:
 
 
 def is_own_picture(head: bytes) -> bool:
-    """Return whether a file begins as :func:`write_picture` writes PNGs."""
-    return _MARK in head
+    """Return whether a file begins as a PNG that was written here."""
+    return b'tEXtSoftware\0' + _SOFTWARE.encode() in head
 
 
-@contextmanager
-def writing(path: Path, kind: type[GaitSegmentationError] = SequenceError) -> Iterator[None]:
-    """Have errors of the system say in words that a file cannot be written."""
+def write(path: Path, data: bytes) -> None:
+    """Write a file, making its folder; say in words if that cannot be."""
     try:
-        yield
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_file(path, data)
     except OSError as error:
-        raise kind(f'{path} cannot be written: {error.strerror or error}') from error
+        raise SequenceError(f'{path} cannot be written: {error.strerror or error}') from error
 
 
-def write_picture(
-    path: Path, image: NDArray[np.uint8], kind: type[GaitSegmentationError] = SequenceError
-) -> None:
-    """Write an image file of the format that its name says; a PNG says that it is from here."""
+def write_json(path: Path, report: Mapping[str, Any]) -> None:
+    """Write a report."""
+    write(path, (json.dumps(report, indent=2) + '\n').encode())
+
+
+def write_image(path: Path, image: NDArray[np.uint8]) -> None:
+    """Write a grey or BGR image as PNG that says that it is from here."""
+    about, data = PngInfo(), io.BytesIO()
+    about.add_text('Software', _SOFTWARE)
+    colours = image if image.ndim == 2 else image[..., ::-1]
+    Image.fromarray(colours).save(data, 'PNG', pnginfo=about)
+    write(path, data.getvalue())
+
+
+def write_figure(path: Path, figure: Figure) -> None:
+    """Write a figure of the format that the name says; a PNG says that it is from here."""
+    data = io.BytesIO()
     try:
-        done, data = cv2.imencode(path.suffix, image)
-    except cv2.error:
-        done = False
-    if not done:
-        raise kind(
-            f'{path} cannot be written: its name must end in .png or another format OpenCV writes'
-        )
-    written = data.tobytes()
-    if written.startswith(b'\x89PNG'):
-        mark = struct.pack('>I', len(_MARK) - 4) + _MARK + struct.pack('>I', zlib.crc32(_MARK))
-        written = written[:_PNG_HEADER] + mark + written[_PNG_HEADER:]
-    with writing(path, kind):
-        write_file(path, written)
+        figure.savefig(data, format=path.suffix[1:], metadata={'Software': _SOFTWARE})
+    except ValueError as error:
+        raise SequenceError(
+            f'{path} cannot be written: its name must end in .png or another format of Matplotlib'
+        ) from error
+    write(path, data.getvalue())

@@ -15,13 +15,16 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+from matplotlib import colormaps
+from matplotlib.figure import Figure
+from matplotlib.patches import Ellipse
 from numpy.typing import NDArray
 
 from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.files import write_file
 from gait_segmentation.gait_model import TemplateBank
-from gait_segmentation.geometry import BodyFrame, pixel_affine, template_to_image
+from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.paper.prior import silhouette_edges, words_of
 from gait_segmentation.paper.vocabulary import FORMAT, FORMAT_VERSION, Vocabulary, VocabularyError
 from gait_tools.gait_model import FIGURES, BankSpec
@@ -39,8 +42,7 @@ _ORIENTATION_SCALE = 0.35  # how much the orientation counts against the positio
 _FILL, _ASPECT = 0.9, 2 / 3
 """Share of the frame's height that the body takes, and the frame's width over its height."""
 
-_ROWS = 384
-_GROUND, _BODY = 255, 232
+_BODY = 232  # grey level of silhouettes in a picture
 _DIGITS = 7
 _ROW = re.compile(r'\[\s+([-\d.e+,\s]+?)\s+\]')
 
@@ -217,55 +219,32 @@ def write_vocabulary(vocabulary: Vocabulary, path: str | os.PathLike[str]) -> No
         ) from error
 
 
-def draw_vocabulary(
-    vocabulary: Vocabulary, silhouettes: Sequence[Silhouette]
-) -> NDArray[np.uint8]:
+def draw_vocabulary(vocabulary: Vocabulary, silhouettes: Sequence[Silhouette]) -> Figure:
     """Draw the words (two standard deviations, a line along the outline) beside silhouettes."""
-    colours = word_colours(vocabulary.words)
-    outlines = [_outline(vocabulary, silhouette, colours) for silhouette in silhouettes]
-    return np.hstack([_words(vocabulary, colours), *outlines])
-
-
-def word_colours(count: int) -> NDArray[np.uint8]:
-    """Return the colours in which so many words are drawn, (count, 3) BGR."""
-    hues = (np.arange(count) * 180 // count).astype(np.uint8)
-    values = np.where(np.arange(count) % 2 == 0, 220, 150).astype(np.uint8)
-    hsv = np.stack([hues, np.full(count, 230, np.uint8), values], axis=1)
-    return np.asarray(cv2.cvtColor(hsv[None], cv2.COLOR_HSV2BGR)[0])
-
-
-def _words(vocabulary: Vocabulary, colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    rows, columns = _ROWS, round(_ROWS * vocabulary.aspect)
-    panel = np.full((rows, columns, 3), _GROUND, np.uint8)
-    size = np.array([columns, rows])
-    for word, colour in enumerate(colours.tolist()):
-        middle = vocabulary.means[word, :2] * size
-        spread = vocabulary.covariances[word, :2, :2] * np.outer(size, size)
-        values, axes = np.linalg.eigh(spread)
+    colours, aspect = word_colours(vocabulary.words), vocabulary.aspect
+    figure = Figure(((len(silhouettes) + 1) * 4 * aspect, 4), dpi=96, layout='constrained')
+    words, *others = figure.subplots(1, len(silhouettes) + 1)
+    for mean, covariance, colour in zip(
+        vocabulary.means, vocabulary.covariances, colours, strict=True
+    ):
+        lengths, axes = np.linalg.eigh(covariance[:2, :2] * np.outer((aspect, 1), (aspect, 1)))
         angle = math.degrees(math.atan2(axes[1, 1], axes[0, 1]))
-        widths = 2 * np.sqrt(values[::-1])
-        center = tuple(np.round(middle).astype(int).tolist())
-        lengths = tuple(np.round(widths).astype(int).tolist())
-        cv2.ellipse(panel, center, lengths, angle, 0, 360, colour, 1, cv2.LINE_AA)
-        theta = math.atan2(vocabulary.means[word, 3], vocabulary.means[word, 2]) / 2
-        along = 14 * np.array([-math.sin(theta), math.cos(theta)])
-        ends = [tuple(np.round(middle + s * along).astype(int).tolist()) for s in (-1, 1)]
-        cv2.line(panel, ends[0], ends[1], colour, 3, cv2.LINE_AA)
-    return panel
+        middle, (height, width) = mean[:2] * (aspect, 1), 4 * np.sqrt(lengths)
+        words.add_patch(Ellipse(middle, width, height, angle=angle, fill=False, color=colour))
+        theta = math.atan2(mean[3], mean[2]) / 2
+        along = 0.04 * np.array([-math.sin(theta), math.cos(theta)])
+        words.plot(*np.stack([middle - along, middle + along], 1), color=colour, linewidth=3)
+    words.set(xlim=(0, aspect), ylim=(1, 0), aspect='equal')
+    for axes, (mask, body) in zip(others, silhouettes, strict=True):
+        points = silhouette_edges(mask, body.height)
+        axes.imshow(np.where(mask > 127, _BODY, 255), cmap='gray', vmin=0, vmax=255)
+        found = colours[words_of(vocabulary, points, body)]
+        axes.scatter(points.columns, points.rows, s=4, color=found)
+    for axes in (words, *others):
+        axes.axis('off')
+    return figure
 
 
-def _outline(
-    vocabulary: Vocabulary, silhouette: Silhouette, colours: NDArray[np.uint8]
-) -> NDArray[np.uint8]:
-    rows, columns = _ROWS, round(_ROWS * vocabulary.aspect)
-    body = BodyFrame(columns / 2, rows / 2, vocabulary.fill * rows)
-    to_mask = pixel_affine(template_to_image(silhouette.body, rows, columns, body.height))
-    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    mask = cv2.warpAffine(silhouette.mask, to_mask, (columns, rows), flags=flags)
-    points = silhouette_edges(mask, body.height)
-    panel = np.full((rows, columns, 3), _GROUND, np.uint8)
-    panel[mask > 127] = _BODY
-    places = points.columns.tolist(), points.rows.tolist()
-    for *place, word in zip(*places, words_of(vocabulary, points, body), strict=True):
-        cv2.circle(panel, place, 1, colours[word].tolist(), -1)
-    return panel
+def word_colours(count: int) -> NDArray[np.float64]:
+    """Return the colours in which so many words are drawn, (count, 4) RGBA from 0 to 1."""
+    return np.asarray(colormaps['hsv'](np.arange(count) / count))

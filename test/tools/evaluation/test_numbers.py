@@ -54,7 +54,7 @@ def report():
     second.add(outcome(1.0, box_iou=math.nan), None)
     second.add(outcome(0.0, box_iou=0.1), None)
     rows = {'one': first.numbers(), 'two': second.numbers()}
-    return {'sequences': rows, 'mean': mean_of(rows)}
+    return {'sequences': rows, 'mean': mean_of(rows.values())}
 
 
 def test_numbers_are_means_of_frames_and_medians_of_times(report):

@@ -172,7 +172,7 @@ def test_heat_maps_of_any_size_come_with_the_stamps_of_their_own_frames(walk, ti
     with pytest.raises(SequenceError, match='map is missing'):
         walk.heat_maps('map')
     write_maps(walk, 'map', (), ())
-    with pytest.raises(SequenceError, match=r'no heat map of a frame, such as .*0000\.png'):
+    with pytest.raises(SequenceError, match=r'no heat map of a frame'):
         walk.heat_maps('map')
     (walk.folder / 'map').rmdir()
     write_maps(walk, 'map', set(walk.numbers) - {5}, (4, 7))

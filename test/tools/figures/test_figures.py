@@ -17,7 +17,7 @@ from gait_segmentation.paper.vocabulary import default_vocabulary
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.results import MatchResult
 from gait_segmentation.segmentation import SegmentationConfig
-from gait_tools.figures.pictures import STRIP, TILE, chosen, draw_frames, table_of
+from gait_tools.figures.pictures import chosen, draw_frames, table_of
 from gait_tools.figures.prior import draw_prior, steps_of
 from gait_tools.figures.walk import Phases, Shot, Walk, figured, mean_scores, open_walk, record
 from test.walkers import small_bank
@@ -120,25 +120,15 @@ def test_four_pictures_of_each_frame_are_drawn():
     shots = chosen([nobody, *short()[1:]], 3)
     # Spread, and without those who are not matched.
     assert [shot.given.number for shot in shots] == [1, 4, 7]
-    sheet = draw_frames(shots, 12)
-    width, height = TILE
-    high = height + STRIP + 4
-    legend = len(sheet) - 4 * high - 4
-    assert legend > 0
-    assert legend % STRIP == 0
-    assert sheet.shape[1:] == (3 * (width + 4) + 4, 3)
-    top = legend + 4 + STRIP
-    blue, green, red = np.moveaxis(sheet[top : top + height, 4 : 4 + width].astype(int), 2, 0)
-    for box in (
-        (red > 180) & (green < 100) & (blue < 100),
-        (green > 180) & (red < 110) & (blue < 110),
-        (red > 180) & (green > 150) & (blue < 110),
-    ):
-        assert box.sum() > 100
-    mask = sheet[-height - 4 : -4, 4 : 4 + width]
-    assert (mask == 255).all(axis=2).mean() > 0.4
+    boxes, _, _, mask = np.reshape(draw_frames(shots, 12).axes, (4, 3))[:, 1]
+    assert boxes.get_title() == 'frame 4: boxes'
+    tracked, placed, _ = (each.get_xy() for each in boxes.patches)
+    assert tracked.mean(axis=0) == pytest.approx(placed.mean(axis=0), abs=5)
+    # What is shown is about the person.
+    assert boxes.get_xlim()[0] < tracked[:, 0].min() < tracked[:, 0].max() < boxes.get_xlim()[1]
+    assert mask.get_title().endswith('% wrong')
     bare = [replace(each, given=each.given._replace(truth=None)) for each in shots]
-    assert draw_frames(bare, 12).shape == sheet.shape
+    assert draw_frames(bare, 12).axes[-1].get_title() == 'mask'
 
 
 def test_the_steps_of_the_prior_agree_with_each_other() -> None:

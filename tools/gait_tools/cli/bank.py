@@ -11,9 +11,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
-from numpy.typing import NDArray
+from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from gait_segmentation.cli.tool import run_tool
@@ -30,7 +29,7 @@ from gait_tools.gait_model.silhouettes import (
     read_masks,
     read_silhouettes,
 )
-from gait_tools.outputs import is_own_picture, keep_others, write_picture
+from gait_tools.outputs import is_own_picture, keep_others, write_figure
 from gait_tools.vocabulary_training import (
     MODEL,
     Silhouette,
@@ -84,8 +83,7 @@ examples:
   gait_bank vocabulary words.json --picture words.png
   gait_bank vocabulary mine.json --from walk1 walk2 --words 12
 """
-_MARGIN = 96  # columns left of the templates for the labels
-_HEADER = 16  # rows above them
+_MARGIN, _DPI = 80, 100  # room for the labels, and what an inch has, in pixels
 
 
 def parser() -> argparse.ArgumentParser:
@@ -245,35 +243,30 @@ def _show(options: argparse.Namespace) -> None:
     keep_apart([('--output', output)], [options.bank] if options.bank else [])
     keep_others([('--output', output, is_own_picture)], 'gait_bank')
     sheet = contact_sheet(_open(options.bank), options.columns)
-    write_picture(output, sheet, BankError)
-    print(f'{output}: {sheet.shape[1]} x {sheet.shape[0]} pixels')
+    write_figure(output, sheet)
+    width, height = sheet.canvas.get_width_height()
+    print(f'{output}: {width} x {height} pixels')
 
 
-def _text(image: NDArray[np.uint8], text: str, x: int, y: int) -> None:
-    cv2.putText(image, text, (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.35, 200, 1, cv2.LINE_AA)
-
-
-def contact_sheet(bank: TemplateBank, columns: int) -> NDArray[np.uint8]:
-    """Return the templates of so many phases, labelled with build, azimuth and phase."""
+def contact_sheet(bank: TemplateBank, columns: int) -> Figure:
+    """Draw the templates of so many phases, a row for each build and azimuth."""
     if columns < 1:
         raise BankError(f'columns must be at least 1, got {columns}')
     columns = min(columns, bank.phases)
     phases = [k * bank.phases // columns for k in range(columns)]
     height, width = bank.grid
-    sheet = np.zeros(
-        (_HEADER + bank.sequences * height, _MARGIN + columns * width), dtype=np.uint8
+    degrees = np.degrees(bank.azimuth)
+    names = [f'{build}\n{way:.0f} deg' for build, way in zip(bank.builds, degrees, strict=True)]
+    size = columns * width + _MARGIN, bank.sequences * height + _MARGIN
+    figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, layout='constrained')
+    axes = figure.subplots()
+    axes.imshow(np.block([list(row) for row in bank.templates[:, phases]]), cmap='gray')
+    axes.set_xticks(
+        width * (np.arange(columns) + 0.5), [f'{each / bank.phases:.2f}' for each in phases]
     )
-    for column, phase in enumerate(phases):
-        _text(sheet, f'{phase / bank.phases:.2f}', _MARGIN + column * width + width // 3, 11)
-    for sequence in range(bank.sequences):
-        top = _HEADER + sequence * height
-        _text(sheet, f'{sequence}', 4, top + height // 2 - 16)
-        _text(sheet, bank.builds[sequence][:14], 4, top + height // 2)
-        degrees = math.degrees(float(bank.azimuth[sequence]))
-        _text(sheet, f'{degrees:.0f} deg', 4, top + height // 2 + 16)
-        tiles = bank.templates[sequence, phases]
-        sheet[top : top + height, _MARGIN:] = np.hstack(list(tiles))
-    return sheet
+    axes.set_yticks(height * (np.arange(bank.sequences) + 0.5), names)
+    axes.set_xlabel('phase')
+    return figure
 
 
 def _info(options: argparse.Namespace) -> None:
@@ -314,7 +307,7 @@ def _learn(options: argparse.Namespace) -> None:
     if picture is not None:
         chosen = np.linspace(0, len(silhouettes) - 1, 8).astype(int)[1:-1]
         words = draw_vocabulary(vocabulary, [silhouettes[k] for k in chosen])
-        write_picture(picture, words, VocabularyError)
+        write_figure(picture, words)
     about = vocabulary.provenance
     print(
         f'{output}: {vocabulary.words} words from {about["silhouettes"]} silhouettes '

@@ -39,7 +39,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource, open_input
 from gait_segmentation.inputs.folder import load_image
 from gait_segmentation.people import MOST_PEOPLE
-from gait_tools.outputs import make_folder, write_picture
+from gait_tools.outputs import make_folder, write_image
 from gait_tools.sheets import contact_sheet, spread, tile
 
 if TYPE_CHECKING:
@@ -253,7 +253,7 @@ def write_pictures(out: Path, recording: Recording, film: ImageSource, fps: floa
                 tiles.append(tile(frame.image, person.track.box or whole, [outline], words))
         for output in outputs:
             output.close(complete=True)
-    write_picture(out / 'contact_sheet.png', contact_sheet(tiles))
+    write_image(out / 'contact_sheet.png', contact_sheet(tiles))
     _animate(out, answered, fps)
     return silhouettes
 

@@ -25,11 +25,19 @@ from gait_segmentation.cli.tool import (
 )
 from gait_segmentation.config import overridden
 from gait_segmentation.errors import ConfigError
-from gait_segmentation.files import keep_apart, write_file
+from gait_segmentation.files import keep_apart
 from gait_tools.evaluation.ablation import SPOILT, ablate
-from gait_tools.evaluation.report import place_table, table, tracking_table, write_json
+from gait_tools.evaluation.report import place_table, table, tracking_table
 from gait_tools.evaluation.session import Session, load_sequences
-from gait_tools.outputs import check_file, is_own_picture, keep_others, make_folder, with_part
+from gait_tools.outputs import (
+    check_file,
+    is_own_picture,
+    keep_others,
+    make_folder,
+    with_part,
+    write,
+    write_json,
+)
 
 _OUTPUT = Path('-')
 _SCORES = re.compile(rb'\{\s*"sequences": \{')  # beginning of a file of scores
@@ -189,7 +197,7 @@ def evaluate(options: argparse.Namespace) -> None:
             print(line, end='', flush=True)
             written += line
         if options.write is not None:
-            write_file(options.write, with_part(options.write, options.ablate, written).encode())
+            write(options.write, with_part(options.write, options.ablate, written).encode())
         return
     report = session.evaluate(config, options.out)
     tables = table(report), tracking_table(report), place_table(report, session.sequences)

@@ -22,9 +22,8 @@ from gait_segmentation.cli.tool import (
 from gait_segmentation.config import overridden, replaced
 from gait_segmentation.files import keep_apart
 from gait_segmentation.geometry import Box
-from gait_tools.evaluation.report import write_figure, write_image
 from gait_tools.figures.walk import figured, open_walk
-from gait_tools.outputs import is_own_picture, keep_others, make_folder
+from gait_tools.outputs import is_own_picture, keep_others, make_folder, write_figure
 
 FILES = ('table.png', 'frames.png', 'phase.png', 'prior.png')
 """What is written: Fig. 1, Figs. 2 and 3, Fig. 4, and section 4."""
@@ -121,7 +120,7 @@ def draw(options: argparse.Namespace) -> None:
     degrees = math.degrees(float(bank.azimuth[middle.match.sequence]))
     figure = draw_access_table(table, middle.given.number, degrees)
     write_figure(options.out / 'table.png', figure)
-    write_image(options.out / 'frames.png', draw_frames(shown, bank.phases))
+    write_figure(options.out / 'frames.png', draw_frames(shown, bank.phases))
     phases = phases_of(shots, bank, config.matching)
     write_figure(options.out / 'phase.png', draw_phases(phases))
     segmentation = config.segmentation

@@ -27,11 +27,10 @@ import numpy as np
 from gait_segmentation.config import overridden
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
-from gait_tools.evaluation.report import write_json
 from gait_tools.evaluation.sequence import Sequence
 from gait_tools.evaluation.session import Session
-from gait_tools.evaluation.variants import filmed
-from gait_tools.outputs import keep_others
+from gait_tools.evaluation.variants import Variant
+from gait_tools.outputs import keep_others, write_json
 
 Scores = dict[str, float]  # J by ``NAME@BOX``, of one film run from one box
 
@@ -130,7 +129,7 @@ def ablate(
             about = [*settings, *off]
             known = _read(path, about)
             runs = {
-                f'{each.name}@{number}': (filmed(each, film), number)
+                f'{each.name}@{number}': (Variant.of(each, film), number)
                 for each, number in itertools.product(session.sequences, range(boxes))
             }
             new = [name for name in runs if name not in known]

@@ -27,6 +27,7 @@ from gait_segmentation.people import MOST_PEOPLE
 PERSON = 255  # value of the person in a mask
 AMBIGUOUS = 170  # value this package writes for ambiguous pixels of a mask; others are, too
 UNCLEAR = 255  # value this package writes for ambiguous pixels of labels
+COLLAPSED = 0.5  # J below which a mask is no longer the person's
 LOST_IOU = 0.2  # a frame whose box overlaps the true one less than this is lost
 WINDOW = 1.5  # size of the evaluation window over that of the true box
 WINDOW_ASPECT = 0.6  # least width of the evaluation window over the height of the true box
@@ -58,6 +59,11 @@ class FrameScore:
     def lost(self) -> bool:
         """Return whether the truth shows somebody who is not in the visible box."""
         return self.visible.iou < LOST_IOU
+
+    @property
+    def collapsed(self) -> bool:
+        """Return whether the mask is no longer the person's."""
+        return self.j < COLLAPSED
 
 
 def truth_of(labels: NDArray[np.uint8], person: int) -> NDArray[np.uint8]:

@@ -1,44 +1,37 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is said of an evaluation: numbers and their means, tables, JSON, masks and sheets."""
+"""What is said of an evaluation: numbers and their means, tables, masks and sheets."""
 
 from __future__ import annotations
 
-import io
-import json
-import math
 import statistics
-from collections.abc import Callable, Iterable, Mapping, Sequence as ListLike
+from collections.abc import Iterable, Mapping, Sequence as ListLike
 from dataclasses import dataclass, field
+from functools import reduce
+from operator import attrgetter, getitem
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.drawing import Image, track_colour
-from gait_segmentation.files import write_file
 from gait_segmentation.geometry import Box
 from gait_tools.evaluation.metrics import PERSON, FrameScore, mean_known, true_box
 from gait_tools.evaluation.runner import Outcome
 from gait_tools.evaluation.sequence import Sequence
 from gait_tools.evaluation.tracking_score import MISSING, TrackingScore
-from gait_tools.outputs import SAYS, write_picture, writing
+from gait_tools.outputs import write_image
 from gait_tools.sheets import contact_sheet, spread, tile
-
-if TYPE_CHECKING:  # which takes long to load
-    from matplotlib.figure import Figure
 
 FOUND, TRUE = track_colour(1), (255, 90, 255)  # colours of outlines
 STAGES = ('tracking', 'matching', 'segmentation', 'total')
 BOXES = ('tracked', 'placed', 'matched')
-COLLAPSED = 0.5  # J below which a mask is no longer the person's
-_AVERAGED = ('J', 'F', 'collapsed', 'error_rate', 'error_rate_image', 'box_iou', 'fps')
-_TRACKING_SUMMED = (
-    *('lost_frames', 'id_switches', 'shared_ids', 'false_slots', 'false_frames'),
+_SUMMED = (
+    *('frames', 'lost_frames', 'id_switches', 'shared_ids', 'false_slots', 'false_frames'),
     *('never_locked', 'never_recovered'),
 )
-_TRACKING_AVERAGED = ('J', 'J_one_id', 'box_iou', 'centre_error', 'mota', 'idf1')
+_LONGEST = ('lock_seconds', 'recovery_seconds')
 
 
 @dataclass
@@ -62,23 +55,23 @@ class Summary:
 
     def numbers(self) -> dict[str, Any]:
         """Return the scores; ``ms_per_frame`` are medians, ``fps`` counts the start, too."""
+
+        def mean(name: str) -> float | None:
+            return mean_known(map(attrgetter(name), self.scores))
+
         total = sum(self.seconds)
         return {
             'frames': len(self.scores),
-            'J': mean_known(score.j for score in self.scores),
-            'F': mean_known(score.f for score in self.scores),
-            'collapsed': mean_known(
-                float(score.j < COLLAPSED) for score in self.scores if not math.isnan(score.j)
-            ),
-            'error_rate': mean_known(score.error_rate for score in self.scores),
-            'error_rate_image': mean_known(score.error_rate_image for score in self.scores),
-            'box_iou': mean_known(score.visible.iou for score in self.scores),
+            'J': mean('j'),
+            'F': mean('f'),
+            'collapsed': mean('collapsed'),
+            'error_rate': mean('error_rate'),
+            'error_rate_image': mean('error_rate_image'),
+            'box_iou': mean('visible.iou'),
             **{
                 name: {
-                    'box_iou': mean_known(getattr(each, name).iou for each in self.scores),
-                    'centre_error': mean_known(
-                        getattr(each, name).centre_error for each in self.scores
-                    ),
+                    'box_iou': mean(f'{name}.iou'),
+                    'centre_error': mean(f'{name}.centre_error'),
                 }
                 for name in BOXES
             },
@@ -92,161 +85,132 @@ class Summary:
         }
 
 
-def mean_of(sequences: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Average the sequences' numbers, each sequence counting the same; counts are summed."""
-    rows = list(sequences.values())
-    mean: dict[str, Any] = {
-        'frames': sum(row['frames'] for row in rows),
-        'lost_frames': sum(row['lost_frames'] for row in rows),
-        'ms_per_frame': {
-            stage: mean_known(row['ms_per_frame'][stage] for row in rows) for stage in STAGES
-        },
-    }
-    for name in _AVERAGED:
-        mean[name] = mean_known(row[name] for row in rows)
-    for name in BOXES:
-        mean[name] = {
-            key: mean_known(row[name][key] for row in rows) for key in ('box_iou', 'centre_error')
-        }
-    if rows and all('map_J' in row for row in rows):
-        mean['map_J'] = mean_known(row['map_J'] for row in rows)
-    mean['tracking'] = mean_tracking(row['tracking'] for row in rows)
-    return mean
-
-
-def mean_tracking(rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """Put the scores of sequences together: means, sums of counts, the longest of times."""
+def mean_of(rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
+    """Put the numbers of sequences together: means, sums of counts, the longest of times."""
     rows = list(rows)
-    mean: dict[str, Any] = {name: sum(row[name] for row in rows) for name in _TRACKING_SUMMED}
-    for name in _TRACKING_AVERAGED:
-        if all(name in row for row in rows):
-            mean[name] = mean_known(row[name] for row in rows)
-    for name in ('lock_seconds', 'recovery_seconds'):
-        times = [row[name] for row in rows if row[name] is not None]
-        mean[name] = max(times, default=None)
+    mean: dict[str, Any] = {}
+    for name in rows[0]:
+        values = [row[name] for row in rows]
+        if name == 'people':
+            continue
+        if isinstance(values[0], Mapping):
+            mean[name] = mean_of(values)
+        elif name in _SUMMED:
+            mean[name] = sum(values)
+        elif name in _LONGEST:
+            mean[name] = max((each for each in values if each is not None), default=None)
+        else:
+            mean[name] = mean_known(values)
     return mean
 
 
 def aligned(rows: ListLike[ListLike[str]]) -> str:
     """Join cells to lines, the first column flush left and the others right."""
-    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-    return '\n'.join(
-        '  '.join(
-            cell.ljust(width) if column == 0 else cell.rjust(width)
-            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
-        ).rstrip()
-        for row in rows
-    )
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = []
+    for first, *others in rows:
+        cells = [each.rjust(width) for each, width in zip(others, widths[1:], strict=True)]
+        lines.append('  '.join([first.ljust(widths[0]), *cells]).rstrip())
+    return '\n'.join(lines)
 
 
-def _cell(value: float | None, digits: int) -> str:
-    return '-' if value is None else f'{value:.{digits}f}'
+Columns = Mapping[str, tuple[str, int]]
+"""Title of a column -> which number is in it (``name`` or ``group.name``), and its digits."""
 
-
-def _time(value: float | None, never: int) -> str:
-    """Return the longest time, and how many never came."""
-    return _cell(value, 2) + (f' ({never} never)' if never else '')
-
-
-_COLUMNS: dict[str, Callable[[Mapping[str, Any]], str]] = {
-    'frames': lambda row: str(row['frames']),
-    'J': lambda row: _cell(row['J'], 4),
-    'F': lambda row: _cell(row['F'], 4),
-    'error %': lambda row: _cell(row['error_rate'], 2),
-    'image %': lambda row: _cell(row['error_rate_image'], 2),
-    'box IoU': lambda row: _cell(row['box_iou'], 3),
-    'tracked': lambda row: _cell(row['tracked']['box_iou'], 3),
-    'placed': lambda row: _cell(row['placed']['box_iou'], 3),
-    'matched': lambda row: _cell(row['matched']['box_iou'], 3),
-    'lost': lambda row: str(row['lost_frames']),
-    'ms': lambda row: _cell(row['ms_per_frame']['total'], 1),
-    'fps': lambda row: _cell(row['fps'], 1),
+_COLUMNS: Columns = {
+    'frames': ('frames', 0),
+    'J': ('J', 4),
+    'F': ('F', 4),
+    'error %': ('error_rate', 2),
+    'image %': ('error_rate_image', 2),
+    'box IoU': ('box_iou', 3),
+    'tracked': ('tracked.box_iou', 3),
+    'placed': ('placed.box_iou', 3),
+    'matched': ('matched.box_iou', 3),
+    'lost': ('lost_frames', 0),
+    'ms': ('ms_per_frame.total', 1),
+    'fps': ('fps', 1),
 }
-_TRACKING_COLUMNS: dict[str, Callable[[Mapping[str, Any]], str]] = {
-    'people': lambda row: str(len(row['people'])) if 'people' in row else '',
-    'J': lambda row: _cell(row['J'], 4),
-    'one id': lambda row: _cell(row['J_one_id'], 4),
-    'box IoU': lambda row: _cell(row['box_iou'], 3),
-    'centre': lambda row: _cell(row['centre_error'], 3),
-    'lost': lambda row: str(row['lost_frames']),
-    'switches': lambda row: str(row['id_switches']),
-    'shared': lambda row: str(row['shared_ids']),
-    'MOTA': lambda row: _cell(row['mota'], 3),
-    'IDF1': lambda row: _cell(row['idf1'], 3),
-    'lock s': lambda row: _time(row['lock_seconds'], row['never_locked']),
-    'back s': lambda row: _time(row['recovery_seconds'], row['never_recovered']),
-    'false': lambda row: str(row['false_slots']),
+_WARM_COLUMNS: Columns = {'warm J': ('warm.J', 4), 'J0': ('warm.J0', 4)}
+_TRACKING_COLUMNS: Columns = {
+    'J': ('J', 4),
+    'one id': ('J_one_id', 4),
+    'box IoU': ('box_iou', 3),
+    'centre': ('centre_error', 3),
+    'lost': ('lost_frames', 0),
+    'switches': ('id_switches', 0),
+    'shared': ('shared_ids', 0),
+    'MOTA': ('mota', 3),
+    'IDF1': ('idf1', 3),
+    'lock s': ('lock_seconds', 2),
+    'back s': ('recovery_seconds', 2),
+    'false': ('false_slots', 0),
 }
+_NEVER = {'lock s': 'never_locked', 'back s': 'never_recovered'}
+_PLACE_COLUMNS = ('J', 'error %', 'box IoU', *BOXES)
+
+
+def _cells(columns: Columns, numbers: Mapping[str, Any]) -> list[str]:
+    cells = []
+    for title, (name, digits) in columns.items():
+        value = reduce(getitem, name.split('.'), numbers)
+        never = numbers.get(_NEVER.get(title, ''))
+        cell = '-' if value is None else f'{value:.{digits}f}'
+        cells.append(f'{cell} ({never} never)' if never else cell)
+    return cells
+
+
+def _lines(report: Mapping[str, Any]) -> list[tuple[str, dict[str, Any]]]:
+    """Return the names and numbers of all sequences and of their mean, warm starts besides."""
+    warm = report.get('warm', {'per_sequence': {}})
+    lines = [
+        (name, numbers | {'warm': warm['per_sequence'].get(name)})
+        for name, numbers in report['sequences'].items()
+    ]
+    return [*lines, ('mean', report['mean'] | {'warm': warm})]
 
 
 def table(report: Mapping[str, Any]) -> str:
     """Return the report as an aligned table, one line per sequence and one for the mean."""
-    warm = report.get('warm')
-    rows = [['sequence', *_COLUMNS, *(('warm J', 'J0') if warm else ())]]
-    for name, numbers in [*report['sequences'].items(), ('mean', report['mean'])]:
-        rows.append([name, *(cell(numbers) for cell in _COLUMNS.values())])
-        if warm:
-            scores = warm if name == 'mean' else warm['per_sequence'][name]
-            rows[-1] += [_cell(scores[key], 4) for key in ('J', 'J0')]
-    return aligned(rows)
+    columns = {**_COLUMNS, **(_WARM_COLUMNS if 'warm' in report else {})}
+    rows = [[name, *_cells(columns, numbers)] for name, numbers in _lines(report)]
+    return aligned([['sequence', *columns], *rows])
 
 
 def tracking_table(report: Mapping[str, Any]) -> str:
     """Return how people were followed as an aligned table, one line per sequence and the mean."""
     known = 'mota' in report['mean']['tracking']
     columns = {k: v for k, v in _TRACKING_COLUMNS.items() if known or k not in ('MOTA', 'IDF1')}
-    rows = [['tracking', *columns]]
-    for name, numbers in [*report['sequences'].items(), ('mean', report['mean'])]:
-        rows.append([name, *(cell(numbers['tracking']) for cell in columns.values())])
+    rows = [['tracking', 'people', *columns]]
+    for name, numbers in _lines(report):
+        scores = numbers['tracking']
+        people = str(len(scores['people'])) if 'people' in scores else ''
+        rows.append([name, people, *_cells(columns, scores)])
     return aligned(rows) + ('' if known else f'\n({MISSING})')
 
 
 def place_table(report: Mapping[str, Any], sequences: Iterable[Sequence]) -> str:
     """Return means over places by what ``sequence.yaml`` says; empty if none says ``place``."""
+    sequences = list(sequences)
+    if not any('place' in each.about for each in sequences):
+        return ''
     groups: dict[str, dict[str, list[dict[str, Any]]]] = {}
     for each in sequences:
         kind, camera = (str(each.about.get(key, '?')) for key in ('kind', 'camera'))
         for group in (f'{kind}, {camera} camera', kind, 'all'):
-            places = groups.setdefault(group, {})
             place = str(each.about.get('place', each.name))
+            places = groups.setdefault(group, {})
             places.setdefault(place, []).append(report['sequences'][each.name])
-    if not any('place' in each.about for each in sequences):
-        return ''
-    columns = ('J', 'error %', 'box IoU', *BOXES)
-    alone = ['map J'] if 'map_J' in report['mean'] else []
-    rows = [['by places', 'clips', 'places', *columns, 'collapsed %', *alone]]
+    columns = {name: _COLUMNS[name] for name in _PLACE_COLUMNS} | {'collapsed %': ('share', 1)}
+    if 'map_J' in report['mean']:
+        columns['map J'] = ('map_J', 4)
+    rows = [['by places', 'clips', 'places', *columns]]
     for group, places in sorted(groups.items(), key=lambda item: (item[0] == 'all', item[0])):
-        alike = [{str(number): row for number, row in enumerate(each)} for each in places.values()]
-        mean = mean_of({str(number): mean_of(each) for number, each in enumerate(alike)})
-        cells = [_COLUMNS[name](mean) for name in columns]
+        mean = mean_of(map(mean_of, places.values()))
+        mean['share'] = 100 * (mean['collapsed'] or 0)
         count = str(sum(map(len, places.values())))
-        cells.append(_cell(100 * (mean['collapsed'] or 0), 1))
-        rows.append([group, count, str(len(places)), *cells])
-        if alone:
-            rows[-1].append(_cell(mean['map_J'], 4))
+        rows.append([group, count, str(len(places)), *_cells(columns, mean)])
     return aligned(rows)
-
-
-def write_json(path: Path, report: Mapping[str, Any]) -> None:
-    """Write a report."""
-    with writing(path):
-        write_file(path, (json.dumps(report, indent=2) + '\n').encode())
-
-
-def write_image(path: Path, image: Image) -> None:
-    """Write an image file, making its folder."""
-    with writing(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-    write_picture(path, image)
-
-
-def write_figure(path: Path, figure: Figure) -> None:
-    """Write a figure of matplotlib as PNG that says that it is from here, making its folder."""
-    with writing(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        data = io.BytesIO()
-        figure.savefig(data, format='png', metadata=SAYS)
-        write_file(path, data.getvalue())
 
 
 class SequenceOutput:

@@ -148,23 +148,27 @@ class Sequence:
             raise SequenceError(
                 f'heat maps must be NAME, NAME:LATE or NAME:LATE:EVERY, got {name}'
             )
-        folder, late, every = self.folder / called[1], int(called[2] or 0), int(called[3] or 1)
-        if not folder.is_dir():
-            raise SequenceError(f'{folder} is missing, no heat maps to read')
-        paths = {each: folder / f'{path.stem}.png' for each, path in self.frames.items()}
-        if not any(path.exists() for path in paths.values()):
+        folder, late, every = called[1], int(called[2] or 0), int(called[3] or 1)
+        if all(self.heat_map(folder, number) is None for number in self.frames):
             raise SequenceError(
-                f'{folder} has no heat map of a frame, such as {paths[min(paths)]}'
+                f'{self.folder / folder} has no heat map of a frame, like 0000.png'
             )
         numbers = self.numbers
         own = dict(zip(numbers[late::every], numbers[::every], strict=False))
 
         def read(number: int) -> HeatMap | None:
-            if number not in own or not paths[own[number]].exists():
-                return None
-            return HeatMap(load_heat_map(paths[own[number]]), self.stamp_ns(own[number]))
+            values = self.heat_map(folder, own[number]) if number in own else None
+            return None if values is None else HeatMap(values, self.stamp_ns(own[number]))
 
         return read
+
+    def heat_map(self, name: str, number: int) -> NDArray[np.uint8] | None:
+        """Read the map of a frame in a folder, (h, w) uint8, None if there is none of it."""
+        folder = self.folder / name
+        if not folder.is_dir():
+            raise SequenceError(f'{folder} is missing, no heat maps to read')
+        path = folder / f'{self.frames[number].stem}.png'
+        return load_heat_map(path) if path.exists() else None
 
     @cached_property
     def attendance(self) -> Attendance:

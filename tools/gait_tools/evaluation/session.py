@@ -105,7 +105,7 @@ class Session:
                 starts = list(self._warm_starts(config, sequence))
                 mean_j = mean_known(map(statistics.fmean, starts))
                 warm[sequence.name] = {'J': mean_j, 'J0': mean_known(js[0] for js in starts)}
-        report: dict[str, Any] = {'sequences': rows, 'mean': mean_of(rows)}
+        report: dict[str, Any] = {'sequences': rows, 'mean': mean_of(rows.values())}
         if self.warm:
             means = {key: mean_known(row[key] for row in warm.values()) for key in ('J', 'J0')}
             report['warm'] = {**means, 'per_sequence': warm}

@@ -7,19 +7,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.errors import SequenceError
 from gait_segmentation.people import MOST_PEOPLE
-from gait_tools.evaluation.report import write_image
 from gait_tools.evaluation.sequence import Sequence
 
-MAPS_FOLDER = 'map'  # folder of heat maps beside the frames
 # Blur of the heat maps and side of their blocks, pixels; share of blocks that are inverted.
 SOFT, BLOCK, INVERTED = 4.0, 8, 0.1
 Image = NDArray[np.uint8]
@@ -78,14 +74,28 @@ MAPS: dict[str, Callable[[Image, int], Any]] = {
 }
 """What becomes of a heat map that comes with the frame."""
 
+TIMES = {'map-late': 'map:3', 'map-rare': 'map:0:3'}
+"""How ``--heat-map`` says when they come, if not with their frames."""
+
 KINDS = (*CAMERAS, *MAPS)
 
 
 @dataclass(frozen=True)
-class Filmed(Sequence):
-    """A sequence as a camera of one of :data:`CAMERAS` films it."""
+class Variant(Sequence):
+    """
+    A sequence as a camera of a kind films it, or with heat maps of a kind.
+
+    ``maps`` is the folder of those that the kind changes; without it they are made of the truth.
+    """
 
     kind: str
+    maps: str = ''
+
+    @classmethod
+    def of(cls, sequence: Sequence, kind: str, maps: str = '') -> Variant:
+        """Make a variant of a sequence."""
+        known = {each.name: getattr(sequence, each.name) for each in fields(Sequence)}
+        return cls(**known, kind=kind, maps=maps)
 
     def image(self, number: int) -> Image:
         """Return what becomes of a frame, see :meth:`Sequence.image`."""
@@ -94,14 +104,17 @@ class Filmed(Sequence):
             number -= sorted(self.frames)[len(self.frames) // 2] - 1
             if number <= 0:
                 return image
-        return np.clip(np.round(CAMERAS[self.kind](image, number)), 0, 255).astype(np.uint8)
+        change = CAMERAS.get(self.kind, CAMERAS['plain'])
+        return np.clip(np.round(change(image, number)), 0, 255).astype(np.uint8)
 
-
-def filmed(sequence: Sequence, kind: str) -> Filmed:
-    """Return a sequence as a camera of a kind films it."""
-    return Filmed(
-        **{each.name: getattr(sequence, each.name) for each in fields(sequence)}, kind=kind
-    )
+    def heat_map(self, name: str, number: int) -> Image | None:
+        """Return what becomes of a map, whatever the name."""
+        if self.maps:
+            heat = super().heat_map(self.maps, number)
+        else:
+            labels = self.labels(number)
+            heat = None if labels is None else _heat(labels, number)
+        return None if heat is None else np.ascontiguousarray(MAPS[self.kind](heat, number))
 
 
 def _heat(labels: Image, number: int) -> Image:
@@ -111,32 +124,3 @@ def _heat(labels: Image, number: int) -> Image:
     wrong = _rng(number).random([math.ceil(size / BLOCK) for size in soft.shape]) < INVERTED
     blocks = np.kron(wrong, np.ones((BLOCK, BLOCK), bool))[: soft.shape[0], : soft.shape[1]]
     return np.where(blocks, 255 - soft, soft).astype(np.uint8)
-
-
-def write_variant(sequence: Sequence, kind: str, folder: Path, maps: str = '') -> str:
-    """Write a harder sequence; return its maps as ``--heat-map`` says it, empty if none."""
-    folder.mkdir(parents=True)
-    for each in sequence.folder.iterdir():
-        if each.name in ('masks', 'labels', 'sequence.yaml') or (
-            each.name == 'frames' and kind in MAPS
-        ):
-            (folder / each.name).symlink_to(each.resolve())
-    for number, path in sequence.frames.items():
-        if kind in CAMERAS:
-            image = filmed(sequence, kind).image(number)
-            write_image(folder / 'frames' / f'{path.stem}.png', image)
-            continue
-        name = f'{path.stem}.png'
-        labels = sequence.labels(number)
-        if maps:
-            heat = cv2.imread(str(sequence.folder / maps / name), cv2.IMREAD_GRAYSCALE)
-        else:
-            heat = None if labels is None else _heat(labels, number)
-        if heat is not None:
-            made = np.ascontiguousarray(MAPS[kind](np.asarray(heat, np.uint8), number))
-            write_image(folder / MAPS_FOLDER / name, made)
-    if kind in CAMERAS:
-        return ''
-    if not (folder / MAPS_FOLDER).is_dir():
-        raise SequenceError(f'{sequence.folder} has no {maps or "truth"} to make heat maps of')
-    return MAPS_FOLDER + {'map-late': ':3', 'map-rare': ':0:3'}.get(kind, '')

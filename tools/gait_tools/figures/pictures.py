@@ -9,43 +9,31 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon
 from numpy.typing import NDArray
 
-from gait_segmentation.drawing import (
-    BACKDROP,
-    REFINED_COLOUR,
-    TRACKED_COLOUR,
-    Colour,
-    Image,
-    draw_box,
-    draw_label,
-    draw_match,
-    draw_outline,
-)
 from gait_segmentation.gait_model.bank import TemplateBank, quantize
-from gait_segmentation.geometry import Box
+from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.matching.common_areas import splitting_ids
 from gait_segmentation.matching.config import MatchingConfig
 from gait_segmentation.matching.placements import antialiasing_side, resampled
 from gait_tools.figures.walk import Phases, Shot
-from gait_tools.sheets import contact_sheet, crop
 
 CLEAR = 30  # how far the likelihood of the pixel shown is from black and white, if there is one
 CELLS = 13  # values in the written part of the table
 SHOWN = 5  # frames side by side
-TILE = (190, 240)  # width and height of a picture in pixels
 ABOUT = 1.3  # height of what is shown, in those of the tallest box
-STRIP = 20  # height of the strip above a picture that its words are in, in pixels
-LIKELY_COLOUR: Colour = (40, 225, 255)  # of the box about what is likely where the template stands
-DASH = 4  # its dashes, in pixels: what lies under it is seen between them
-LEGEND = (
-    ('tracked box', TRACKED_COLOUR),
-    ('refined box: the tracked one where the path places it', REFINED_COLOUR),
-    ('dashed: about what is likely there', LIKELY_COLOUR),
-)
+GREEN = '#3ce63c'
+BOXES: dict[str, dict[str, Any]] = {
+    'tracked box': {'color': '#ff2828'},
+    'refined box: the tracked one where the path places it': {'color': GREEN},
+    'about what is likely there': {'color': '#ffe128', 'linestyle': '--'},
+}
+"""The legend of boxes, and how they are drawn."""
 
 
 @dataclass(frozen=True)
@@ -197,40 +185,16 @@ def chosen(shots: Sequence[Shot], count: int = SHOWN) -> list[Shot]:
     return [matched[round(place)] for place in places]
 
 
-def draw_frames(shots: Sequence[Shot], phases: int) -> Image:
+def draw_frames(shots: Sequence[Shot], phases: int) -> Figure:
     """Draw four pictures of each frame, one below the other, below a legend of the boxes."""
-    tallest = max(_box(shot).height for shot in shots)
-    rows: list[list[Image]] = [[], [], [], []]
-    for shot in shots:
-        for row, picture in zip(rows, _pictures(shot, tallest, phases), strict=True):
-            row.append(picture)
-    sheet = contact_sheet([picture for row in rows for picture in row], len(shots))
-    return np.vstack([_legend(sheet.shape[1]), sheet])
-
-
-def _legend(width: int) -> Image:
-    """Return the words about the boxes, on as many lines as the width asks for."""
-    lines: list[Image] = []
-    left = width
-    for words, colour in LEGEND:
-        (long, _), _ = cv2.getTextSize(words, cv2.FONT_HERSHEY_SIMPLEX, 0.4, 1)
-        if left + long > width:
-            lines.append(_strip(width))
-            left = 4
-        draw_label(lines[-1], words, (left, 2), colour)
-        left += long + 24
-    return np.vstack(lines)
-
-
-def _strip(width: int) -> Image:
-    return np.full((STRIP, width, 3), BACKDROP, np.uint8)
-
-
-def _captioned(picture: Image, words: str) -> Image:
-    """Return a picture below its words."""
-    strip = _strip(picture.shape[1])
-    draw_label(strip, words, (2, 2))
-    return np.vstack([strip, picture])
+    tall = ABOUT * max(_box(shot).height for shot in shots)
+    figure = Figure(figsize=(2.1 * len(shots), 10), dpi=100, layout='constrained')
+    for column, shot in zip(figure.subplots(4, len(shots), squeeze=False).T, shots, strict=True):
+        _draw_frame(column, shot, tall, phases)
+    handles = [Line2D([], [], label=label, **style) for label, style in BOXES.items()]
+    figure.suptitle(' ', size=24)  # makes room for the legend
+    figure.legend(handles=handles, loc='upper center', ncols=len(BOXES))
+    return figure
 
 
 def _box(shot: Shot) -> Box:
@@ -239,50 +203,39 @@ def _box(shot: Shot) -> Box:
     return box
 
 
-def _pictures(shot: Shot, tallest: float, phases: int) -> list[Image]:
-    """Return the image with boxes, the likelihood, the gait model, and the mask."""
-    box, match, image = _box(shot), shot.match, shot.given.image
-    height = round(ABOUT * tallest)
-    width = round(height * TILE[0] / TILE[1])
-    left, top = round(box.center_x - width / 2), round(box.center_y - height / 2)
-    region, factor = Box(left, top, width, height), TILE[1] / height
-
-    def seen(picture: NDArray[Any]) -> Image:
-        """Return the region of a picture of any size laid over the image, enlarged."""
-        if picture.shape[:2] != image.shape[:2]:
-            size = (image.shape[1], image.shape[0])
-            picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_LINEAR))
-        return crop(picture, region, TILE)
-
-    def there(box: Box) -> Box:
-        return box.shifted(-left, -top).scaled(factor)
-
-    first = seen(image)
-    tracked, refined, likely = (
-        each and there(each) for each in (shot.track.body, match.placed, match.box)
-    )
-    draw_match(first, tracked=tracked, angle=shot.track.angle, refined=refined)
-    if likely not in (None, refined):
-        dashed = first.copy()
-        draw_box(dashed, likely, LIKELY_COLOUR)
-        rows, columns = np.indices(first.shape[:2])
-        gaps = (rows + columns) // DASH % 2 == 0
-        first[gaps] = dashed[gaps]
-    likelihood = np.asarray(cv2.cvtColor(seen(shot.track.likelihood), cv2.COLOR_GRAY2BGR))
-    model = seen(match.shape_prior)
-    inside = model[..., None] / 255
-    placed = (0.35 * seen(image) * (1 - inside) + 230 * inside).astype(np.uint8)
-    mask = seen(shot.mask)
-    cut = np.where(mask[..., None] > 127, seen(image), np.uint8(255))
-    draw_outline(cut, mask, REFINED_COLOUR)
+def _draw_frame(column: Sequence[Axes], shot: Shot, tall: float, phases: int) -> None:
+    """Draw the image with boxes, the likelihood, the gait model, and the mask."""
+    box, match, image = _box(shot), shot.match, shot.given.image[..., ::-1]
+    # All is laid over the image, whatever its size.
+    about: dict[str, Any] = {'extent': (0, image.shape[1], image.shape[0], 0)}
+    about |= {'cmap': 'gray', 'vmin': 0, 'vmax': 255}
     error = shot.error()
-    words = 'mask' if math.isnan(error) else f'mask, {error:.2f} % wrong'
-    return [
-        _captioned(first, f'frame {shot.given.number}: boxes'),
-        _captioned(likelihood, 'likelihood'),
-        _captioned(placed, f'gait model, phase {shot.phase(phases):.2f}'),
-        _captioned(cut, words),
-    ]
+    cut = np.where(shot.mask[..., None] > 127, image, np.uint8(255))
+    pictures = (
+        (f'frame {shot.given.number}: boxes', image),
+        ('likelihood', shot.track.likelihood),
+        (f'gait model, phase {shot.phase(phases):.2f}', (0.35 * image).astype(np.uint8)),
+        ('mask' if math.isnan(error) else f'mask, {error:.2f} % wrong', cut),
+    )
+    wide = 0.8 * tall
+    for axes, (title, picture) in zip(column, pictures, strict=True):
+        axes.imshow(picture, **about)
+        axes.set_title(title, fontsize=9)
+        axes.set(xticks=[], yticks=[], facecolor='0.2')
+        axes.set_xlim(box.center_x - wide / 2, box.center_x + wide / 2)
+        axes.set_ylim(box.center_y + tall / 2, box.center_y - tall / 2)
+    likely = None if match.box == match.placed else match.box
+    angles = shot.track.angle, 0.0, 0.0
+    for each, angle, style in zip(
+        (shot.track.body, match.placed, likely), angles, BOXES.values(), strict=True
+    ):
+        if each is not None:
+            body = BodyFrame(each.center_x, each.center_y, each.height, angle)
+            column[0].add_patch(Polygon(body.corners(each.width), fill=False, **style))
+    prior = match.shape_prior
+    column[2].imshow(np.full_like(prior, 230), alpha=prior / 255, **about)
+    size = (0, image.shape[1], 0, image.shape[0])
+    column[3].contour(shot.mask, [127], colors=[GREEN], origin='lower', extent=size)
 
 
 def draw_phases(phases: Phases) -> Figure:

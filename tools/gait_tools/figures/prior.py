@@ -83,7 +83,7 @@ def draw_prior(steps: PriorSteps, number: int, config: SegmentationConfig) -> Fi
     """Draw how the prior is made of a template's outline and the image."""
     terms, points, height = steps.terms, steps.terms.points, steps.body.height
     words = len(steps.by_word)
-    colours = word_colours(words)[:, ::-1] / 255
+    colours = word_colours(words)
     counts = np.bincount(steps.words, minlength=words)
     most = np.argsort(-counts, kind='stable')[:WORDS]
     figure = Figure(figsize=(10, 9), dpi=100, layout='constrained')
@@ -91,11 +91,12 @@ def draw_prior(steps: PriorSteps, number: int, config: SegmentationConfig) -> Fi
     largest = float(terms.distance.max()) / height
 
     title = f'1  outline of the template,\nframe {number}, by its words'
-    panel, axes = _panel(panels[0, 0], title)
+    _, axes = _panel(panels[0, 0], title)
     axes.imshow((0.5 * steps.image + 110).astype(np.uint8))
     axes.scatter(points.columns, points.rows, s=7, color=colours[steps.words])
     dots = [_dot(colours[word], f'{word + 1}') for word in np.flatnonzero(counts)]
-    panel.legend(handles=dots, title='word', loc='outside center right', handletextpad=0.1)
+    right: Any = {'loc': 'center left', 'bbox_to_anchor': (1, 0.5)}
+    axes.legend(handles=dots, title='word', handletextpad=0.1, **right)
 
     panel = panels[0, 1]
     panel.suptitle(f'2  distance to the points of one word,\nthe {len(most)} with most', size=11)
@@ -115,7 +116,7 @@ def draw_prior(steps: PriorSteps, number: int, config: SegmentationConfig) -> Fi
     panel.colorbar(shown, ax=axes, label='body heights')
 
     title = '4  is there an edge of the image (grey)\nthat confirms it?'
-    panel, axes = _panel(panels[1, 0], title)
+    _, axes = _panel(panels[1, 0], title)
     ground = np.full((*steps.inside.shape, 3), 255, np.uint8)
     ground[steps.inside] = 225
     ground[terms.gradient.edges] = 110
@@ -128,7 +129,8 @@ def draw_prior(steps: PriorSteps, number: int, config: SegmentationConfig) -> Fi
         _dot('tab:green', f'yes, {share:.0f} %'),
         _dot('tab:red', f'no: psi x {config.paper_edge_factor:g}'),
     ]
-    panel.legend(handles=dots, loc='outside lower center', ncols=2, handletextpad=0.1)
+    below: Any = {'loc': 'upper center', 'bbox_to_anchor': (0.5, 0)}
+    axes.legend(handles=dots, ncols=2, handletextpad=0.1, **below)
 
     title = '5  psi, after local search and 4:\nalong dark lines cuts are cheap'
     panel, axes = _panel(panels[1, 1], title)
