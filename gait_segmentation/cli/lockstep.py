@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gait_segmentation import MOST_PIXELS
 from gait_segmentation.errors import GaitSegmentationError, InputError, SequenceError
 from gait_segmentation.geometry import Box
-from gait_segmentation.inputs import DamagedError, Frame, ImageSource
+from gait_segmentation.inputs import DamagedError, ImageSource, InputFrame
 from gait_segmentation.inputs.bag import BagSource, is_bag
 from gait_segmentation.inputs.encodings import read_compressed, read_heat_map
 from gait_segmentation.inputs.folder import images_in, load_heat_map
@@ -32,7 +32,7 @@ Item = TypeVar('Item')
 RecordedMap: TypeAlias = tuple[int, Callable[[], NDArray[np.uint8]]]
 """The stamp of a map, and what decodes it or raises :class:`GaitSegmentationError`."""
 
-RecordedMaps: TypeAlias = Callable[[Frame], Iterator[RecordedMap]]
+RecordedMaps: TypeAlias = Callable[[InputFrame], Iterator[RecordedMap]]
 """Yields the maps that belong to a frame or came since the one before."""
 
 _NUMBER = re.compile(r'[0-9]+$')
@@ -41,7 +41,7 @@ _NUMBER = re.compile(r'[0-9]+$')
 class Replayed(NamedTuple):
     """A frame of the input and what was found in it."""
 
-    frame: Frame
+    frame: InputFrame
     result: FrameResult
 
 
@@ -91,7 +91,7 @@ def results_of(
     :raises DamagedError: where the input breaks off, after all results of the frames before.
     """
     slots = pipeline.config.people.max_people
-    held: HeldFrames[Frame] = HeldFrames()
+    held: HeldFrames[InputFrame] = HeldFrames()
     likelihood_shape = (0, 0)
     flushed: list[Replayed] = []
 
@@ -182,7 +182,7 @@ def open_heat_maps(place: str, path: Path, max_pixels: int = MOST_PIXELS) -> Rec
     return lambda frame: _until(entries, waiting, frame)
 
 
-def _of_frame(files: dict[int, Path], frame: Frame, max_pixels: int) -> Iterator[RecordedMap]:
+def _of_frame(files: dict[int, Path], frame: InputFrame, max_pixels: int) -> Iterator[RecordedMap]:
     path = files.get(frame.number, files.get(frame.stamp_ns))
     if path is not None:
         yield frame.stamp_ns, lambda: load_heat_map(path, max_pixels)
@@ -194,7 +194,9 @@ def _read_map(message: Any, most: int, bits: int) -> NDArray[np.uint8]:
     return read_compressed(message, most, bits)
 
 
-def _until(entries: Iterator[Entry], waiting: list[Entry], frame: Frame) -> Iterator[RecordedMap]:
+def _until(
+    entries: Iterator[Entry], waiting: list[Entry], frame: InputFrame
+) -> Iterator[RecordedMap]:
     """Yield the maps up to the stamp of a frame; the first one beyond it waits."""
     while True:
         entry = waiting.pop() if waiting else next(entries, None)
@@ -210,7 +212,7 @@ def _until(entries: Iterator[Entry], waiting: list[Entry], frame: Frame) -> Iter
 def _add_heat_maps(
     pipeline: Pipeline,
     heat_maps: Iterator[RecordedMap],
-    frame: Frame,
+    frame: InputFrame,
     warn: Callable[[str], None],
 ) -> None:
     """Give the heat maps up to a frame to a pipeline."""
@@ -224,7 +226,7 @@ def _add_heat_maps(
         warn(f'there are no more heat maps: {error}')
 
 
-def _blank(frame: Frame, slots: int, likelihood_shape: tuple[int, int]) -> FrameResult:
+def _blank(frame: InputFrame, slots: int, likelihood_shape: tuple[int, int]) -> FrameResult:
     """Return the empty result of a frame."""
     track = TrackResult(frame.stamp_ns, 0, None, np.zeros(likelihood_shape, np.uint8), 0.0)
     return FrameResult.empty(track, frame.shape, slots, frame.problem)

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from gait_segmentation.drawing import draw_label, draw_person
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.files import film_name, named
-from gait_segmentation.inputs import Frame
+from gait_segmentation.inputs import InputFrame
 from gait_segmentation.pipeline import FrameResult, PersonResult
 from gait_segmentation.streams.fields import (
     QUEUE_DEPTH,
@@ -168,7 +168,7 @@ class Output(ABC):
         self.work.mkdir()
 
     @abstractmethod
-    def add(self, frame: Frame, result: FrameResult) -> None:
+    def add(self, frame: InputFrame, result: FrameResult) -> None:
         """Add a frame and what was found in it; OSError if it cannot be written."""
 
     def finish(self) -> None:  # noqa: B027
@@ -252,7 +252,7 @@ class BagOutput(Output):
         about = path / 'metadata.yaml'
         return about.is_file() and _MARK.encode() in about.read_bytes()
 
-    def add(self, frame: Frame, result: FrameResult) -> None:
+    def add(self, frame: InputFrame, result: FrameResult) -> None:
         """Write all messages of a frame."""
         # The header of the source image, bit for bit.
         time = self._made('builtin_interfaces/msg/Time', *divmod(frame.header_ns, 1_000_000_000))
@@ -299,7 +299,7 @@ class BagOutput(Output):
         polygon = self._made('geometry_msgs/msg/Polygon', points)
         return [self._made('geometry_msgs/msg/PolygonInstance', polygon, track_id)]
 
-    def _write(self, topic: str, frame: Frame, *fields: Any) -> None:
+    def _write(self, topic: str, frame: InputFrame, *fields: Any) -> None:
         connection = self._connections[topic]
         message = self._made(connection.msgtype, *fields)
         data = self._store.serialize_cdr(message, connection.msgtype)
@@ -330,7 +330,7 @@ class MasksOutput(Output):
                 return False
         return True
 
-    def add(self, frame: Frame, result: FrameResult) -> None:
+    def add(self, frame: InputFrame, result: FrameResult) -> None:
         """Write the mask of a frame."""
         if result.mask.size:
             data = cv2.imencode('.png', result.mask)[1].tobytes()
@@ -360,7 +360,7 @@ class OverlayOutput(Output):
                 f'{self.path} cannot be written as a film; use a name such as walk.mp4'
             )
 
-    def add(self, frame: Frame, result: FrameResult) -> None:
+    def add(self, frame: InputFrame, result: FrameResult) -> None:
         """Draw a frame and write it."""
         black = np.zeros((*self.size[::-1], 3), np.uint8)
         picture = black if frame.image is None else frame.image.copy()
@@ -400,7 +400,7 @@ class CsvOutput(Output):
         self._table = csv.writer(self._file, lineterminator='\n')
         self._table.writerow(TABLE_COLUMNS)
 
-    def add(self, frame: Frame, result: FrameResult) -> None:
+    def add(self, frame: InputFrame, result: FrameResult) -> None:
         """Write a row for each person."""
         for slot, person in enumerate(result.people):
             if person.track.track_id:
@@ -478,7 +478,7 @@ class OpenGaitOutput(Output):
         """Return whether something is there; an empty folder, too: nobody may walk."""
         return path.is_dir() or super().is_there(path)
 
-    def add(self, frame: Frame, result: FrameResult) -> None:
+    def add(self, frame: InputFrame, result: FrameResult) -> None:
         """Keep the silhouettes of all people, and where they walk."""
         for person in result.people:
             mask = person.segmentation.mask

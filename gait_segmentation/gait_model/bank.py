@@ -4,7 +4,7 @@
 The standard gait model: silhouettes ordered by view, build and phase, and its files.
 
 Files are compressed ``.npz`` archives of plain arrays, read without pickle.  Entries: ``format``
-(the text :data:`FORMAT`), ``version`` (:data:`FORMAT_VERSION`), ``templates``, ``azimuth``,
+(the text :data:`BANK_FORMAT`), ``version`` (:data:`BANK_VERSION`), ``templates``, ``azimuth``,
 ``builds``, ``fill`` and ``provenance`` (a JSON object of texts); of finer views
 ``finer_templates``, ``finer_azimuth`` and ``finer_builds``.
 """
@@ -30,8 +30,8 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import BankError
 from gait_segmentation.files import write_file
 
-FORMAT = 'gait_segmentation template bank'
-FORMAT_VERSION = 2
+BANK_FORMAT = 'gait_segmentation template bank'
+BANK_VERSION = 2
 LEAST_SIDE = 16
 """Rows and columns of the smallest grid that is drawn."""
 
@@ -39,7 +39,7 @@ _FINE_ROWS = 48  # outlines move by less than a row between phases, but all alon
 _MOST_PIXELS = (2**31 - 1) // 255  # sums over a template fit 32 bits
 _VIEWS = ('templates', 'azimuth', 'builds')
 # Kind and number of dimensions of entries.
-_KINDS = {
+_ENTRY_KINDS = {
     'format': ('U', 0),
     'version': ('i', 0),
     'builds': ('U', 1),
@@ -131,8 +131,8 @@ class TemplateBank:
         finer = {} if self.finer is None else self.finer._views()
         np.savez_compressed(
             packed,
-            format=np.array(FORMAT),
-            version=np.array(FORMAT_VERSION, dtype=np.int64),
+            format=np.array(BANK_FORMAT),
+            version=np.array(BANK_VERSION, dtype=np.int64),
             **self._views(),
             fill=np.array(self.fill, dtype=np.float64),
             provenance=np.array(json.dumps(self.provenance, sort_keys=True)),
@@ -227,7 +227,7 @@ def _check_kinds(arrays: dict[str, Any], *names: str) -> None:
     for name in names:
         value = arrays[name]
         found = value.dtype.kind, value.ndim
-        kind, dimensions = _KINDS.get(name.removeprefix(_FINER), found)
+        kind, dimensions = _ENTRY_KINDS.get(name.removeprefix(_FINER), found)
         if found != (kind, dimensions):
             what = 'texts' if dimensions else 'a single text' if kind == 'U' else 'a single number'
             raise BankError(
@@ -241,11 +241,11 @@ def _entries(arrays: dict[str, Any]) -> dict[str, Any]:
         found = ', '.join(sorted(arrays)) or 'none'
         raise BankError(f'not a bank: entries format and version expected, got {found}')
     _check_kinds(arrays, 'format', 'version')
-    if (name := arrays['format'].item()) != FORMAT:
-        raise BankError(f'not a bank: format must be {FORMAT!r}, got {name!r}')
-    if (version := arrays['version'].item()) != FORMAT_VERSION:
+    if (name := arrays['format'].item()) != BANK_FORMAT:
+        raise BankError(f'not a bank: format must be {BANK_FORMAT!r}, got {name!r}')
+    if (version := arrays['version'].item()) != BANK_VERSION:
         raise BankError(
-            f'a bank of version {version}, this program reads version {FORMAT_VERSION}: build it '
+            f'a bank of version {version}, this program reads version {BANK_VERSION}: build it '
             'again with `gait_bank build`'
         )
     finer = any(entry.startswith(_FINER) for entry in arrays)

@@ -14,9 +14,9 @@ from gait_segmentation.errors import SequenceError
 from gait_segmentation.inputs.bag import BagSource, is_bag
 from gait_segmentation.inputs.film import FilmSource
 from gait_segmentation.inputs.folder import FolderSource, is_picture
-from gait_segmentation.inputs.source import DamagedError, Frame, ImageSource, check_rate
+from gait_segmentation.inputs.source import DamagedError, ImageSource, InputFrame, check_rate
 
-__all__ = ['DamagedError', 'Frame', 'ImageSource', 'check_rate', 'open_input']
+__all__ = ['DamagedError', 'ImageSource', 'InputFrame', 'check_rate', 'open_input']
 
 
 def open_input(

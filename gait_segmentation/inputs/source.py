@@ -23,7 +23,7 @@ Shape = tuple[int, int]
 
 LOGGER = logging.getLogger('gait_segmentation')
 CAMERA = 'camera'
-"""Frame id of what has none."""
+"""InputFrame id of what has none."""
 
 DEFAULT_FPS = 30.0
 """Of what does not say how fast it is."""
@@ -55,7 +55,7 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Frame:
+class InputFrame:
     """
     A frame of an input.
 
@@ -158,7 +158,7 @@ class ImageSource(ABC):
     def entries(self) -> Iterator[Entry]:
         """Yield all frames from the beginning of the input; DamagedError where it breaks off."""
 
-    def frames(self) -> Iterator[Frame]:
+    def frames(self) -> Iterator[InputFrame]:
         """
         Yield the frames wanted.
 
@@ -172,11 +172,11 @@ class ImageSource(ABC):
                 image = np.rot90(entry.decode(), -self._rotate // 90)
             except InputError as error:
                 claimed = self._scaled_shape(self._turned(entry.shape))
-                yield Frame(*about, claimed, None, str(error))
+                yield InputFrame(*about, claimed, None, str(error))
             else:
                 shape = self._scaled_shape((image.shape[0], image.shape[1]))
                 small = shrink(np.ascontiguousarray(image), shape)
-                yield Frame(*about, shape, np.ascontiguousarray(small))
+                yield InputFrame(*about, shape, np.ascontiguousarray(small))
 
     def images(self) -> Iterator[NDArray[np.uint8]]:
         """Yield the images of the frames that can be read, (H, W, 3) uint8 BGR."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
 
-Floats = NDArray[np.float64]
+DoubleArray = NDArray[np.float64]
 DepthImage = NDArray[np.uint16] | NDArray[np.float32]
 
 _DISTORTIONS = ('', 'plumb_bob', 'rational_polynomial')
@@ -80,7 +80,7 @@ class PinholeCamera:
                 f'{shape[1]} x {shape[0]}'
             )
 
-    def rays(self, points: Floats) -> Floats:
+    def rays(self, points: DoubleArray) -> DoubleArray:
         """
         Return the rays through points of the image, in the camera's frame.
 
@@ -112,8 +112,8 @@ class CameraPose:
     camera.
     """
 
-    rotation: Floats
-    position: Floats
+    rotation: DoubleArray
+    position: DoubleArray
     grounded: bool
 
     @classmethod
@@ -211,7 +211,7 @@ def distance_by_depth(
     mask: NDArray[np.uint8],
     camera: PinholeCamera,
     pose: CameraPose,
-    towards: Floats,
+    towards: DoubleArray,
     most: float,
 ) -> float:
     """

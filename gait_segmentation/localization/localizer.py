@@ -20,7 +20,7 @@ from gait_segmentation.geometry import BodyFrame, check_body
 from gait_segmentation.localization.camera import (
     CameraPose,
     DepthImage,
-    Floats,
+    DoubleArray,
     PinholeCamera,
     distance_by_depth,
 )
@@ -57,10 +57,10 @@ class Location:
     """
 
     track_id: int
-    position: Floats
-    covariance: Floats
-    heading: Floats
-    up: Floats
+    position: DoubleArray
+    covariance: DoubleArray
+    heading: DoubleArray
+    up: DoubleArray
     yaw: float
     heading_error: float
     speed: float | None
@@ -83,8 +83,8 @@ class _Place(NamedTuple):
     """When and where a person was, in the ground's frame, with covariance and source."""
 
     time_s: float
-    at: Floats
-    covariance: Floats
+    at: DoubleArray
+    covariance: DoubleArray
     source: str
 
 
@@ -95,8 +95,8 @@ class _Motion(NamedTuple):
     """The last place, the velocity (2,) then with its covariance, and the speed."""
 
     last: _Place
-    velocity: Floats
-    covariance: Floats
+    velocity: DoubleArray
+    covariance: DoubleArray
     speed: float
 
 
@@ -107,8 +107,8 @@ class _View(NamedTuple):
     body: BodyFrame
     camera: PinholeCamera
     pose: CameraPose
-    middle: Floats
-    soles: Floats
+    middle: DoubleArray
+    soles: DoubleArray
 
     @classmethod
     def of(cls, match: MatchResult, camera: PinholeCamera, pose: CameraPose) -> _View:
@@ -124,12 +124,12 @@ class _View(NamedTuple):
         return cls(match.stamp_ns * 1e-9, body, camera, pose, *rays)
 
     @property
-    def away(self) -> Floats:
+    def away(self) -> DoubleArray:
         """Return the horizontal direction (2,) from the camera to the body."""
         return self.middle[:2] / math.hypot(*self.middle[:2])
 
     def place(
-        self, towards: Floats, distance: float, errors: tuple[float, float], source: str
+        self, towards: DoubleArray, distance: float, errors: tuple[float, float], source: str
     ) -> _Place:
         """Return the place at a distance over the ground; errors are in pixels and metres."""
         angle = errors[0] / self.camera.fy
@@ -327,7 +327,7 @@ class Localizer:
         )
 
     def _heading(
-        self, away: Floats, azimuth: float, motion: _Motion | None
+        self, away: DoubleArray, azimuth: float, motion: _Motion | None
     ) -> tuple[float, float]:
         """Return yaw and its error: gait and motion, each weighed by how sure it is."""
         right = np.array([away[1], -away[0]])
@@ -362,8 +362,8 @@ def _of_walker(
 
 
 def _fitted(
-    since: Floats, places: Floats, weights: Floats, acceleration: float
-) -> tuple[Floats, Floats]:
+    since: DoubleArray, places: DoubleArray, weights: DoubleArray, acceleration: float
+) -> tuple[DoubleArray, DoubleArray]:
     """Return the velocity (2,) at time 0, fitted with an acceleration, and its covariance."""
     powers = np.column_stack([np.ones_like(since), since, since**2 / 2])
     normal = np.einsum('ni,nj,nkl->ikjl', powers, powers, weights).reshape(6, 6)

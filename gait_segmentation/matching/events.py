@@ -24,8 +24,8 @@ _CACHE_LINE = 64
 _VECTOR = 64
 # Lanes that are treated at a time while there are so many: what the registers hold.
 _WIDE = 2 * LANES
-_MOST = 255  # what the events of a group change a sum by at most, which 8 bits can hold
-_MOST_OF_STEP = 32767 // _MOST  # groups that a step has at most: what 16 bits can add up
+_MOST_CHANGE = 255  # what the events of a group change a sum by at most, which 8 bits can hold
+_MOST_OF_STEP = 32767 // _MOST_CHANGE  # groups that a step has at most: what 16 bits can add up
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def grouped(span):  # type: ignore[no-untyped-def]
     """
     ascending = np.argsort(span, kind='mergesort')
     # Those of span s are from first[s] on in this order; those before rest[s] are left.
-    count = np.zeros(_MOST + 2, np.int64)
+    count = np.zeros(_MOST_CHANGE + 2, np.int64)
     for each in span:
         count[np.int64(each) + 1] += 1
     first = np.cumsum(count)
@@ -124,7 +124,7 @@ def grouped(span):  # type: ignore[no-untyped-def]
     taken = groups = 0
     while taken < len(span):
         # Always the largest for which there is room.
-        room = wanted = _MOST
+        room = wanted = _MOST_CHANGE
         while wanted > 0:
             if rest[wanted] > first[wanted]:
                 rest[wanted] -= 1

@@ -31,7 +31,7 @@ transition costs below it, also a wall, still fit 16 bits.
 _WALL = -FLOOR  # cost of coming from beyond the border: whatever pays it falls to the floor
 # Score of body heights there are not: at the floor, also where the best score is negative.
 _NOWHERE = 2 * FLOOR
-WIDEST = math.radians(46.0)
+WIDEST_TURN = math.radians(46.0)
 """Views farther apart are no neighbours, and have nothing between them."""
 _MOST_FRAMES = 64  # frames of a path, however many a second there are
 
@@ -63,7 +63,7 @@ class Views:
         own = float(self.azimuths[sequence])
         other = float(self.azimuths[self.beside[sequence][offset > 0]])
         gap = abs(math.remainder(other - own, 2 * math.pi))
-        return math.remainder(own if gap > WIDEST else own + offset * gap, 2 * math.pi)
+        return math.remainder(own if gap > WIDEST_TURN else own + offset * gap, 2 * math.pi)
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ from gait_segmentation.gait_model.bank import TemplateBank, fine_grid
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.kernels import kernel
 from gait_segmentation.matching.config import MatchingConfig
-from gait_segmentation.matching.path import WIDEST, Views
+from gait_segmentation.matching.path import WIDEST_TURN, Views
 from gait_segmentation.matching.placements import antialiasing_side, resampled
 
 HEIGHTS = (0.975, 1.0, 1.025)
@@ -34,10 +34,10 @@ HEIGHTS = (0.975, 1.0, 1.025)
 # Rows half a pixel of the views apart that are compared.  Of as many columns the best one counts.
 _ROWS = 3
 _ERROR = math.radians(7.0)  # by how much the view a path begins with is wrong, standard deviation
-_MARGIN = 2  # samples about the grid on each side, by which it can be shifted
+_SPARE = 2  # samples about the grid on each side, by which it can be shifted
 # Least difference of the mean likelihoods inside and outside that tells anything.
 _LEAST_CONTRAST = 0.05 * 255
-_ALL = 255
+_HIGHEST = 255
 
 _RATES = 14  # rates of the grid, the first of which is standing
 _RATE_DIFFUSION = 0.1  # standard deviation by which the logarithm of the rate changes in a second
@@ -45,20 +45,20 @@ _RATE_DIFFUSION = 0.1  # standard deviation by which the logarithm of the rate c
 _RENEWAL = 0.02
 # Evidence that is worth a factor of e.  Flipped pixels alone would give about 8; errors of real
 # likelihoods are alike in neighbouring pixels.
-_NOISE = 12.0
+_EVIDENCE_NOISE = 12.0
 # Share of the belief in a view, height or row that goes to each neighbour in a second.
 _CELL_DIFFUSION = 2.0
 _UNLIKELY = 3e-3  # views and placements less likely than this are not compared
 # Share of the belief that is spread over all views and placements when the views are moved.
 _ANYWHERE = 0.01
 _LATER_S = 0.5  # after which frames tell nothing more of an earlier one, as synthetic walkers show
-_FLOOR = float(np.exp(-12.0))  # no frame is worth more than this
+_LEAST_WORTH = float(np.exp(-12.0))  # no frame is worth more than this
 
 # Time in which a motion must show to be trusted, across, down and in height: seconds that stand
 # still are added.  Walkers cross the image faster than they sink or grow in it.
 _STILL = (0.04, 0.12, 0.12)
 
-Floats = NDArray[np.float32]
+FloatArray = NDArray[np.float32]
 Belief = NDArray[np.float64]
 
 
@@ -135,7 +135,7 @@ class PhaseFilter:
             left, top, width, height = cv2.boundingRect(chosen.max(axis=(0, 1)))
             self._part = top, left, max(height, 1), max(width, 1)
             used = chosen[:, :, top : top + self._part[2], left : left + self._part[3]]
-            flat = used.astype(np.float32) / _ALL
+            flat = used.astype(np.float32) / _HIGHEST
             self._templates = np.ascontiguousarray(flat.reshape(*flat.shape[:2], -1))
             self._squares = (self._templates**2).sum(axis=2)
             self._chosen = views
@@ -165,13 +165,13 @@ class PhaseFilter:
             height of ``body``; -inf where not wanted.  Zeros if nothing is known.
         """
         rows, columns = (2 * side for side in self._views.templates.shape[2:])
-        grids = HEIGHTS, (rows + 2 * _MARGIN, columns + 2 * _MARGIN), self._fill * rows
+        grids = HEIGHTS, (rows + 2 * _SPARE, columns + 2 * _SPARE), self._fill * rows
         side = antialiasing_side(body.height / grids[-1])
         # From each half pixel of the views on, the mean over a pixel of them.
         images, masks = resampled(likelihood, known, body, *grids, side)
         values = _paired(images)
-        seen = None if masks is None else _paired(masks) / np.float32(_ALL)
-        middle, inner = HEIGHTS.index(1.0), slice(_MARGIN, -_MARGIN, 2)
+        seen = None if masks is None else _paired(masks) / np.float32(_HIGHEST)
+        middle, inner = HEIGHTS.index(1.0), slice(_SPARE, -_SPARE, 2)
         levels = _levels(
             values[middle, inner, inner],
             None if seen is None else seen[middle, inner, inner],
@@ -206,10 +206,10 @@ class PhaseFilter:
 
     def correct(self, evidence: Belief) -> None:
         """Correct the belief by the :meth:`evidence` (V, S, Y, P) of the frame predicted."""
-        likelihood = np.exp((evidence - evidence.max()) / _NOISE)
+        likelihood = np.exp((evidence - evidence.max()) / _EVIDENCE_NOISE)
         # No phase of a view that was compared is ruled out by one frame; of others nothing is
         # left.
-        likelihood = np.where(np.isfinite(evidence), np.maximum(likelihood, _FLOOR), 0.0)
+        likelihood = np.where(np.isfinite(evidence), np.maximum(likelihood, _LEAST_WORTH), 0.0)
         if self._steps:
             turn, share, kept = self._transition(self._next[1])
             belief = np.zeros(self._predicted.shape)
@@ -398,7 +398,7 @@ class FineViews(Views):
         widest = max(np.diff(ring, append=ring[0] + 2 * math.pi).max() for ring in rings)
         count = min(map(len, rings))
         reach = 1 if bank.finer is None else 3
-        self.reach = 0 if widest > WIDEST else min(reach, (count - 1) // 2)
+        self.reach = 0 if widest > WIDEST_TURN else min(reach, (count - 1) // 2)
         """How many views to either side are compared."""
         self._sides = np.arange(-self.reach, self.reach + 1)
         likely = np.exp(-0.5 * (2 * math.pi / count * self._sides / _ERROR) ** 2)
@@ -436,7 +436,7 @@ _fine_views = lru_cache(maxsize=2)(FineViews)
 
 
 def _levels(
-    values: Floats, seen: Floats | None, template: NDArray[np.uint8]
+    values: FloatArray, seen: FloatArray | None, template: NDArray[np.uint8]
 ) -> tuple[float, float] | None:
     """Return mean likelihoods well inside the person and well outside, None if too alike."""
     if seen is not None:
@@ -444,17 +444,17 @@ def _levels(
         values = values / np.maximum(seen, np.float32(0.25))
     means = []
     around = np.ones((3, 3), np.uint8)
-    for part in (cv2.erode(template, around), _ALL - cv2.dilate(template, around)):
+    for part in (cv2.erode(template, around), _HIGHEST - cv2.dilate(template, around)):
         weight = part.astype(np.float32) if seen is None else part * seen
         area = float(weight.sum())
-        if area < _ALL:
+        if area < _HIGHEST:
             return None
         means.append(float((weight * values).sum()) / area)
     person, ground = means
     return (person, ground) if person - ground >= _LEAST_CONTRAST else None
 
 
-def _paired(images: NDArray[np.uint8]) -> Floats:
+def _paired(images: NDArray[np.uint8]) -> FloatArray:
     """Return the means of the 2 x 2 pixels from each pixel on."""
     return np.stack([cv2.boxFilter(each, cv2.CV_32F, (2, 2), anchor=(0, 0)) for each in images])
 
@@ -539,7 +539,11 @@ def _compare(  # type: ignore[no-untyped-def]
             if not wanted[:, tall, down].any():
                 continue
             for across in range(3):
-                place = _MARGIN + 2 * top + down - 1, _MARGIN + 2 * left + across - 1, width
+                place = (
+                    _SPARE + 2 * top + down - 1,
+                    _SPARE + 2 * left + across - 1,
+                    width,
+                )
                 _cut(values[tall], *place, lines[across])
                 if not all_seen:
                     _cut(seen[tall], *place, shown[across])

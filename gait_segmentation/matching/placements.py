@@ -37,7 +37,7 @@ _ALL = 255
 # How far from the template the person may reach, in body heights: clothes, bags, hands.
 _REACH = 0.12
 _LIKELY = 190  # likelihood from which on pixels are taken for the person's
-_LEAST = 0.02  # length of a row or column of them that is more than noise, in body heights
+_LEAST_LENGTH = 0.02  # length of a row or column of them that is more than noise, in body heights
 
 Place = tuple[int, int, int]
 """Body height, row and column of a placement."""
@@ -328,7 +328,7 @@ def likely_box(
     side = 2 * round(_REACH * body) + 1
     near = cv2.dilate(near, np.ones((side, side), np.uint8))
     inside = (image > _LIKELY) & (near > 0)
-    least = _LEAST * body
+    least = _LEAST_LENGTH * body
     inside &= (inside.sum(axis=1) >= least)[:, None]
     inside &= inside.sum(axis=0) >= least
     rows = np.flatnonzero(inside.any(axis=1))

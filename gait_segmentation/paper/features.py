@@ -31,7 +31,7 @@ NEUTRAL = 0
 
 _ANGLE_BITS = 5
 _FIRST = 256 >> _ANGLE_BITS  # angles begin here, in the second bin, so that none is neutral
-_SIDE = 5  # pixels, of the neighbourhood whose gradients have an orientation
+_NEIGHBOURS = 5  # pixels, of the neighbourhood whose gradients have an orientation
 _LEAST_GRADIENT = 150.0  # their mean square, per pixel, that says anything (12 grey levels)
 
 PERSON, SURROUNDINGS = 1, 0
@@ -46,7 +46,7 @@ _STEP = 2  # step of the pixels that are used to learn and to rank
 
 
 @dataclass(frozen=True)
-class View:
+class Pixels:
     """
     The part of a frame in which pixels are judged.
 
@@ -79,7 +79,7 @@ class Feature:
     """
 
     name: str
-    planes: Callable[[View], Sequence[NDArray[np.uint8]]]
+    planes: Callable[[Pixels], Sequence[NDArray[np.uint8]]]
     bits: tuple[int, ...]
     has_neutral: bool = False
 
@@ -88,7 +88,7 @@ class Feature:
         """Return the number of bins of the histogram."""
         return 1 << sum(self.bits)
 
-    def places(self, view: View) -> NDArray[np.uint16]:
+    def places(self, view: Pixels) -> NDArray[np.uint16]:
         """Return the bin of each pixel that is needed, (h, w) uint16."""
         out = np.zeros(view.colours.shape[:2], np.uint16)
         for plane, bits in zip(self.planes(view), self.bits, strict=True):
@@ -96,7 +96,7 @@ class Feature:
         return out
 
 
-def _shares(view: View) -> tuple[NDArray[np.uint8], ...]:
+def _shares(view: Pixels) -> tuple[NDArray[np.uint8], ...]:
     """Return the shares of green and red in the sum of the three, which no brightness changes."""
     blue, green, red = cv2.split(view.colours.astype(np.float32))
     total = np.maximum(blue + green + red, np.float32(1))
@@ -106,11 +106,11 @@ def _shares(view: View) -> tuple[NDArray[np.uint8], ...]:
     )
 
 
-def _orientation(view: View) -> NDArray[np.uint8]:
+def _orientation(view: Pixels) -> NDArray[np.uint8]:
     """Return the angle of the structure tensor: of gradients, whichever side is lighter."""
     dx = cv2.Sobel(view.gray, cv2.CV_32F, 1, 0, scale=1 / 8)
     dy = cv2.Sobel(view.gray, cv2.CV_32F, 0, 1, scale=1 / 8)
-    squared = cv2.blur(cv2.merge([dx * dx - dy * dy, 2 * dx * dy]), (_SIDE, _SIDE))
+    squared = cv2.blur(cv2.merge([dx * dx - dy * dy, 2 * dx * dy]), (_NEIGHBOURS, _NEIGHBOURS))
     thin = squared[:: view.step, :: view.step]
     length, angle = cv2.cartToPolar(thin[..., 0].copy(), thin[..., 1].copy())
     values = _FIRST + np.asarray(angle) * np.float32((255 - _FIRST) / (2 * np.pi))
@@ -195,7 +195,7 @@ class FeatureSelector:
         }
         self.features: tuple[FeatureWeight, ...] = ()
 
-    def rank(self, view: View, labels: NDArray[np.uint8]) -> None:
+    def rank(self, view: Pixels, labels: NDArray[np.uint8]) -> None:
         """
         Adapt to the histograms of a frame, and rank the features by how well they separate it.
 
@@ -226,7 +226,7 @@ class FeatureSelector:
             FeatureWeight(name, ratios[name], weights.get(name, 0.0)) for name in ranked
         )
 
-    def log_ratio(self, view: View) -> NDArray[np.float32]:
+    def log_ratio(self, view: Pixels) -> NDArray[np.float32]:
         """Return the log-likelihood ratios of the chosen features, their weighted mean, (h, w)."""
         out = np.zeros(view.gray.shape, np.float32)
         weights = {each.name: each.weight for each in self.features}

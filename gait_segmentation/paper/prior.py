@@ -26,7 +26,7 @@ from gait_segmentation.kernels import kernel
 from gait_segmentation.paper.vocabulary import Vocabulary
 
 _SOBEL_GAIN = 8.0  # response of a 3 x 3 Sobel filter to a ramp of one level a pixel
-_NOISE = 1.0  # gradients of fewer levels a pixel are noise, also in the dark
+_FLAT = 1.0  # gradients of fewer levels a pixel are noise, also in the dark
 # What an edge of a wrong word is further away, in body heights (times paper_orientation).
 _WRONG_WORD = 0.03
 _CONFIRM_REACH = 0.015  # how near, in body heights, an image edge confirms the outline
@@ -268,7 +268,7 @@ def image_gradient(grey: NDArray[np.uint8]) -> Gradient:
     dx, dy = _sobel(grey, 1.0)
     counts = np.bincount(grey.ravel(), minlength=256)
     median = int(np.searchsorted(np.cumsum(counts), grey.size / 2)) / _SOBEL_GAIN
-    low, high = max(0.66 * median, _NOISE), max(1.33 * median, 2 * _NOISE)
+    low, high = max(0.66 * median, _FLAT), max(1.33 * median, 2 * _FLAT)
     x, y = dx.astype(np.float32), dy.astype(np.float32)
     visible = x * x + y * y > np.float32((_SOBEL_GAIN * low) ** 2)
     return Gradient(_orientation(dx, dy), visible, _canny(dx, dy, low, high))

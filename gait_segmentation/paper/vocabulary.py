@@ -24,8 +24,8 @@ from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.kernels import kernel
 
-FORMAT = 'gait_segmentation vocabulary'
-FORMAT_VERSION = 1
+WORDS_FORMAT = 'gait_segmentation vocabulary'
+WORDS_VERSION = 1
 
 
 class VocabularyError(GaitSegmentationError):
@@ -160,11 +160,11 @@ class Vocabulary:
             raise VocabularyError(f'cannot read the vocabulary {name}: {reason}') from error
         except (ValueError, RecursionError) as error:
             raise VocabularyError(f'{name} is not a JSON file: {error}') from error
-        if not isinstance(entries, dict) or entries.get('format') != FORMAT:
-            raise VocabularyError(f"{name}: format must be '{FORMAT}', another kind of file")
-        if entries.get('version') != FORMAT_VERSION:
+        if not isinstance(entries, dict) or entries.get('format') != WORDS_FORMAT:
+            raise VocabularyError(f"{name}: format must be '{WORDS_FORMAT}', another kind of file")
+        if entries.get('version') != WORDS_VERSION:
             raise VocabularyError(
-                f'{name}: version must be {FORMAT_VERSION}, got {entries.get("version")!r}; make '
+                f'{name}: version must be {WORDS_VERSION}, got {entries.get("version")!r}; make '
                 'it again with gait_bank vocabulary'
             )
         try:

@@ -52,14 +52,14 @@ from gait_segmentation.segmentation.graph_cut import (
 
 # Pixels about a body in which it is cut out: three times what the tracker's working height asks
 # for.  A cut takes 0.6 kB for each.
-_MOST_PIXELS = 2**18
+_MOST_CUT_PIXELS = 2**18
 # Height of a body, in the image's longer sides, from which none of its outline can be seen.
 _LARGEST = 8.0
 # Share of a frame in the running mean of the fit, which begins at 1: half a step.
 _FIT_RATE = 1 / 7
 # Share of the pixels of person and surroundings that may have any value of a likelihood from
 # outside: it cannot say more than 4.6 for or against the person.
-_FLOOR = 0.01
+_CALIBRATION_FLOOR = 0.01
 _NOBODY = 'the cut found no person'
 _LARGEST_EVIDENCE = 10.0  # log-odds that what is far from the paper's template must outweigh
 _LARGEST_ODDS = 3.0  # largest log-odds that the default prior gives, before its weight
@@ -68,13 +68,13 @@ _LOGIT = np.log((np.arange(256) + 0.5) / (255.5 - np.arange(256))).astype(np.flo
 _BAND_SHARE = 0.6  # weight of a band and its neighbours beside the whole body
 _LEAST_SHARE = 1e-4  # of a colour
 _KEPT = 0.9  # weight of a frame over that of the one after it
-_LIMIT = 4.0  # largest log-odds of a colour
+_MOST_COLOUR_ODDS = 4.0  # largest log-odds of a colour
 _FROM_LIKELIHOOD = 0.3  # weight of the likelihood in what is learnt beside that of the cut
-_SIDE = 96  # rows and columns of the map of the body
+_MAP_SIDE = 96  # rows and columns of the map of the body
 _FILL = 0.75  # share of them that its height takes
 # Share of a frame in the running mean: what is likely from now on counts after fourteen frames, in
 # which a wide thing that stays behind has moved on.
-_RATE = 0.05
+_MAP_RATE = 0.05
 # Summed support of a part, as a share of the best one's, from which it may stay.
 _LEAST_OVERLAP = 0.04
 _APART = 0.12  # distance from the template, in body heights, beyond which nothing supports a part
@@ -94,7 +94,7 @@ class Segmenter:
 
     def _start_track(self, track_id: int) -> None:
         self._colours = LearntColours()
-        self._calibration = MapCalibration(_FLOOR)
+        self._calibration = MapCalibration(_CALIBRATION_FLOOR)
         self._track_id = track_id
         self._fit = 1.0
         self._mean = MeanLikelihood()
@@ -294,12 +294,12 @@ def no_finer(
     :param width: of the image.
     """
     pixels = likelihood.size
-    if pixels > _MOST_PIXELS:
+    if pixels > _MOST_CUT_PIXELS:
         small = body.scaled(likelihood.shape[1] / width)
         pixels = likelihood[window_about(small, None, likelihood.shape)].size
-    if pixels <= _MOST_PIXELS:
+    if pixels <= _MOST_CUT_PIXELS:
         return likelihood, prior
-    factor = (_MOST_PIXELS / pixels) ** 0.5
+    factor = (_MOST_CUT_PIXELS / pixels) ** 0.5
     height, across = (max(1, round(factor * size)) for size in likelihood.shape)
     return shrink(likelihood, (height, across)), shrink(prior, (height, across))
 
@@ -368,7 +368,7 @@ class LearntColours:
         bins = colour_bins(lab)
         bands = np.clip(_rows(lab, body) * BANDS, 0, BANDS - 1).astype(np.intp)
         other, own = (model.table[bins, bands] for model in self._models)
-        return np.clip(np.log(own / other), -_LIMIT, _LIMIT)
+        return np.clip(np.log(own / other), -_MOST_COLOUR_ODDS, _MOST_COLOUR_ODDS)
 
 
 class MeanLikelihood:
@@ -380,7 +380,7 @@ class MeanLikelihood:
     """
 
     def __init__(self) -> None:
-        self._mean = np.zeros((_SIDE, _SIDE), np.float32)
+        self._mean = np.zeros((_MAP_SIDE, _MAP_SIDE), np.float32)
 
     def at(self, body: BodyFrame, shape: tuple[int, ...]) -> NDArray[np.bool_]:
         """Return what was mostly likely until now, (h, w) bool, for a body in an image."""
@@ -390,8 +390,8 @@ class MeanLikelihood:
     def add_frame(self, likelihood: NDArray[np.uint8], body: BodyFrame) -> None:
         """Update the mean with a likelihood, (h, w) uint8, and the body in its pixels."""
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        now = cv2.warpAffine(likelihood, _matrix(body), (_SIDE, _SIDE), flags=flags)
-        cv2.accumulateWeighted(now / np.float32(255), self._mean, _RATE)
+        now = cv2.warpAffine(likelihood, _matrix(body), (_MAP_SIDE, _MAP_SIDE), flags=flags)
+        cv2.accumulateWeighted(now / np.float32(255), self._mean, _MAP_RATE)
 
 
 def _rows(lab: NDArray[np.uint8], body: BodyFrame) -> NDArray[np.float32]:
@@ -400,7 +400,7 @@ def _rows(lab: NDArray[np.uint8], body: BodyFrame) -> NDArray[np.float32]:
 
 
 def _matrix(body: BodyFrame) -> NDArray[np.float64]:
-    return pixel_affine(template_to_image(body, _SIDE, _SIDE, _FILL * _SIDE))
+    return pixel_affine(template_to_image(body, _MAP_SIDE, _MAP_SIDE, _FILL * _MAP_SIDE))
 
 
 def keep_supported(

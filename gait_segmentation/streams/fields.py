@@ -83,7 +83,7 @@ Parts = Mapping[str, Any]
 FEEDBACK = ('mask', 'shape_prior', 'matched_box')
 """What the tracker learns from, of each slot."""
 
-_MOST_TILT = math.pi / 4
+_MOST_SENT_TILT = math.pi / 4
 
 
 def stamp_of(header: Any) -> int:
@@ -113,7 +113,7 @@ def read_box(message: Any) -> tuple[Box | None, float]:
     if not points:
         return None, 0.0
     body, width = BodyFrame.from_corners(points)
-    if abs(body.angle) < _MOST_TILT:
+    if abs(body.angle) < _MOST_SENT_TILT:
         return Box.from_center(body.center_x, body.center_y, width, body.height), body.angle
     columns, rows = zip(*points, strict=True)
     left, top = min(columns), min(rows)

@@ -26,7 +26,7 @@ _LIGHT, _CHROMA = 8, 12
 
 _CHROMA_STEP = 8.0
 _CHROMA_FROM = 128 - _CHROMA_STEP * _CHROMA / 2
-_RATE = 0.02
+_MEAN_RATE = 0.02
 
 
 @kernel('u1[:,:,::1], u1[:,::1], f4[:,::1], f4[:,:,:,::1]')
@@ -101,7 +101,7 @@ class Appearance:
     def add(self, signature: NDArray[np.float32]) -> None:
         """Take in those of a frame, see :func:`colour_signature`."""
         self.last = signature
-        self._mean = self._mean + np.float32(_RATE) * (signature - self._mean)
+        self._mean = self._mean + np.float32(_MEAN_RATE) * (signature - self._mean)
 
     def similarity(self, signature: NDArray[np.float32]) -> float:
         """Return how alike the usual colours are, 0..1."""

@@ -69,6 +69,7 @@ class Attendance:
             fade = min(1.0, _MEMORY / self._looks)
             self._seen, self._looks = fade * self._seen, fade * self._looks
             self._silence, self._missed = 0.0, 0
-        else:
+        elif not lost:
+            # Who is lost is hidden, or was doubted already.
             self._missed += 1
             self._silence -= math.log(max(1 - self._seen / self._looks, 1e-3))

@@ -40,13 +40,13 @@ How far beside somebody in a slot a bystander begins, and from where on they nee
 in body heights.
 """
 
-_LEAST, _MOST = 0.4, 2.0
+_SHORTEST, _TALLEST = 0.4, 2.0
 """Height of a bystander over that of who is near."""
 
 _COMMON = 0.1
 """Share of a region, or of a bystander, that may be where somebody else is expected."""
 
-_SHOWN, _UNSHOWN_FRAMES = 0.5, 5
+_SHOWN_SHARE, _UNSHOWN_FRAMES = 0.5, 5
 """
 Share of a person that a map must show to tell who else is near, and frames in a row without that
 after which a bystander was none.
@@ -75,7 +75,7 @@ class Bystander(FusionTrack):
         :param likelihood: (h, w) uint8 of the view.
         :param slots: everybody in a slot; while one of them is met nothing is kept.
         """
-        self.unshown = 0 if self.shown >= _SHOWN else self.unshown + 1
+        self.unshown = 0 if self.shown >= _SHOWN_SHARE else self.unshown + 1
         if self.state != TRACKED or self.is_outside:
             return
         window, expected = self.window, self.expected_mask()
@@ -192,10 +192,10 @@ def _is_beside(box: Box, known: Sequence[Track]) -> bool:
         track
         for track in known
         if track.in_slot
-        and _LEAST < box.height / track.pose.height < _MOST
+        and _SHORTEST < box.height / track.pose.height < _TALLEST
         and _is_within(box, track, _NEAR)
     ]
-    return bool(near) and all(track.shown >= _SHOWN for track in near)
+    return bool(near) and all(track.shown >= _SHOWN_SHARE for track in near)
 
 
 def _is_within(box: Box, track: Track, heights: float) -> bool:

@@ -49,7 +49,7 @@ nothing would be learnt after a first mask that was far too large.
 _MOST_SEEN = 4.0
 """Size of a mask, over that of the template, from which it is of more than the person."""
 
-_MARGIN = 0.02
+_MASK_MARGIN = 0.02
 """How far a mask may be off, in body heights: so far about it no background is learnt."""
 
 
@@ -336,7 +336,7 @@ def grown(mask: NDArray[np.uint8], height: float) -> tuple[Window, NDArray[np.ui
     :param mask: (h, w) uint8.
     :param height: of the body in pixels.
     """
-    size = 2 * max(1, round(_MARGIN * height)) + 1
+    size = 2 * max(1, round(_MASK_MARGIN * height)) + 1
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     x, y, width, tall = bounding_box(mask)
     part = (

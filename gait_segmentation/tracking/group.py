@@ -22,7 +22,7 @@ from gait_segmentation.tracking.track import Track
 
 Likelihoods = dict[int, NDArray[np.uint8]]
 
-Place = tuple[Track, Window, NDArray[np.uint8]]
+ExpectedMask = tuple[Track, Window, NDArray[np.uint8]]
 """Where a person is expected: rows and columns about them, and (h, w) uint8 0/255 of these."""
 
 
@@ -64,7 +64,7 @@ def observe(view: View, tracks: Sequence[Track]) -> Likelihoods:
     logits = [claim.logit for _, claim in present]
     if all(track.config.use_association for track in tracks):
         logits = associate([claim for _, claim in present])
-    masks: list[Place] = []
+    masks: list[ExpectedMask] = []
     for (track, claim), logit in zip(present, logits, strict=True):
         likelihoods[track.track_id] = likelihood_image(logit, claim.window, view.shape)
         masks.append((track, claim.window, claim.mask))
@@ -134,7 +134,9 @@ def _measure_misplacement(view: View, tracks: Sequence[Track]) -> None:
         view.background.notice_jolt(view.now.image.lab, people, [track.window for track in seen])
 
 
-def _occluder(track: Track, masks: Sequence[Place], window: Window) -> NDArray[np.uint8] | None:
+def _occluder(
+    track: Track, masks: Sequence[ExpectedMask], window: Window
+) -> NDArray[np.uint8] | None:
     """Return where in a window those who stand nearer hide a person, None if nowhere."""
     occluder = None
     for other, about, mask in masks:

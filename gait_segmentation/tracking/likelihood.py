@@ -41,10 +41,10 @@ How far the background is misplaced, in pixels, is added, since it may be anothe
 _LEAST_COUNT = 0.25
 """Background pixels seen less often than this, at the rim of what is known, are unknown."""
 
-_LIMIT = 6.0
+_MOST_RATIO = 6.0
 """Largest log-likelihood ratio that colours and background can give."""
 
-_FARTHEST = 18.0
+_NO_DENSITY = 18.0
 """Exponents from which a density counts as nothing."""
 
 _LEAST_MISPLACED = 0.05
@@ -192,8 +192,8 @@ def ratios(
     cast_share, cast_floor = np.float32(shadow_share), np.float32(shadow_floor)
     most, least = np.float32(trust), np.float32(_LEAST_COUNT)
     ramp_from, ramp_slope = np.float32(_SHADOW_FROM), np.float32(1 / (_SHADOW_TO - _SHADOW_FROM))
-    bound = np.float32(_LIMIT)
-    far = np.float32(_FARTHEST)
+    bound = np.float32(_MOST_RATIO)
+    far = np.float32(_NO_DENSITY)
     width = out.shape[1]
     of_person, of_surroundings = np.empty(width, np.float32), np.empty(width, np.float32)
     for row in range(out.shape[0]):

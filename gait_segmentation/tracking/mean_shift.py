@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.images import Window, distance_from, size_of
-from gait_segmentation.paper.features import FeatureSelector, View as Pixels
+from gait_segmentation.paper.features import FeatureSelector, Pixels
 from gait_segmentation.results import LOST
 from gait_segmentation.scene.scene import Frame, View
 from gait_segmentation.starting import FirstMask

@@ -23,7 +23,7 @@ _POSE_RATE, _VELOCITY_RATE = 0.1, 0.2
 _LEAST_STEP_S = 0.02
 """Frames whose stamps are closer were not taken in so short a time: they tell no velocity."""
 
-WIDEST = 0.6
+WIDEST_BODY = 0.6
 """Widest silhouette, in body heights."""
 
 _MOST_GROWTH = 1.15
@@ -103,7 +103,7 @@ class Pose:
 
     def outside_by(self, shape: tuple[int, int]) -> Shift:
         """Return the shift back to where the widest silhouette touches an image of (h, w)."""
-        beyond = WIDEST / 2 * self.height
+        beyond = WIDEST_BODY / 2 * self.height
         dx = min(max(self.center_x, -beyond), shape[1] + beyond) - self.center_x
         dy = min(max(self.center_y, -beyond), shape[0] + beyond) - self.center_y
         return dx, dy
@@ -162,7 +162,7 @@ class Pose:
         height = self.height + _POSE_RATE * (goal - self.height)
         if at_bottom:
             # More of the body is below the border: it is at least as tall as that.
-            least = max(seen, (right - left) / WIDEST)
+            least = max(seen, (right - left) / WIDEST_BODY)
             height = max(height, min(least, _MOST_GROWTH * self.mask_height))
             down = top + height / 2
         else:

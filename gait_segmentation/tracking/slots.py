@@ -31,10 +31,10 @@ from gait_segmentation.tracking.fusion import FusionTrack
 from gait_segmentation.tracking.initialization import estimate_first, slot_for_found
 from gait_segmentation.tracking.life_cycle import ENDED, next_state
 from gait_segmentation.tracking.mean_shift import MeanShiftTrack, start_in
-from gait_segmentation.tracking.pose import WIDEST
+from gait_segmentation.tracking.pose import WIDEST_BODY
 from gait_segmentation.tracking.track import SAME_PERSON, Track
 
-_KINDS: dict[str, type[FusionTrack] | type[MeanShiftTrack]] = {
+_TRACKERS: dict[str, type[FusionTrack] | type[MeanShiftTrack]] = {
     'fusion': FusionTrack,
     'adaptive_mean_shift': MeanShiftTrack,
 }
@@ -101,7 +101,7 @@ class Slots:
         for track in tracked:
             # No wider than one body: another person may be beside it.
             x, y, height = track.body.center_x, track.body.center_y, track.body.height
-            width = min(track.body.width, WIDEST * height)
+            width = min(track.body.width, WIDEST_BODY * height)
             bodies[track.probation is not None].append(Box.from_center(x, y, width, height))
         return Known(
             tuple(bodies[False]),
@@ -244,7 +244,7 @@ class Slots:
 
     @property
     def _kind(self) -> type[FusionTrack] | type[MeanShiftTrack]:
-        return _KINDS[self.config.method]
+        return _TRACKERS[self.config.method]
 
     def _view_for(self, scene: Scene, box: Box) -> View:
         """Return a view of the scene in which a person is well seen."""

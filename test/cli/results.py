@@ -6,7 +6,7 @@ import numpy as np
 
 from gait_segmentation.cli.lockstep import Replayed
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.inputs import Frame
+from gait_segmentation.inputs import InputFrame
 from gait_segmentation.pipeline import FrameResult, PersonResult
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
 
@@ -36,5 +36,5 @@ def replayed(index: int, people: list[tuple[int, np.ndarray, float]]) -> Replaye
             )
         )
     image = np.full((*shape, 3), 20 * (index % 10), np.uint8)
-    frame = Frame(index, stamp, stamp + 1000, stamp, 'head_camera', shape, image)
+    frame = InputFrame(index, stamp, stamp + 1000, stamp, 'head_camera', shape, image)
     return Replayed(frame, FrameResult(stamp, tuple(found), mask, labels, {}))

@@ -16,7 +16,7 @@ import pytest
 from gait_segmentation.cli.lockstep import Replayed, ahead, open_heat_maps, results_of
 from gait_segmentation.errors import InputError, SequenceError
 from gait_segmentation.geometry import Box
-from gait_segmentation.inputs import DamagedError, Frame
+from gait_segmentation.inputs import DamagedError, InputFrame
 from gait_segmentation.pipeline import FrameResult
 from test.cli.results import replayed
 from test.inputs.bags import image_fields, stamp, write_bag2
@@ -52,13 +52,13 @@ class LaggedPipeline:
 
 
 def run(
-    frames: list[Frame],
+    frames: list[InputFrame],
     pipeline: Any,
     damaged: bool = False,
     warn: Callable[[str], None] = lambda text: None,
     box: Box | None = None,
 ) -> Iterator[Replayed]:
-    def read() -> Iterator[Frame]:
+    def read() -> Iterator[InputFrame]:
         yield from frames
         if damaged:
             raise DamagedError('it breaks off')
@@ -142,7 +142,7 @@ def test_items_come_in_order_and_then_the_error_and_what_is_given_up_is_closed()
     assert closed == ['ahead_0'] * 2
 
 
-FRAME = Frame(0, stamp(0), 0, 0, '', (4, 6), None)
+FRAME = InputFrame(0, stamp(0), 0, 0, '', (4, 6), None)
 
 
 def shown(maps, number):

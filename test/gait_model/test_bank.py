@@ -8,8 +8,8 @@ from hypothesis import given, strategies as st
 
 from gait_segmentation.errors import BankError
 from gait_segmentation.gait_model.bank import (
-    FORMAT,
-    FORMAT_VERSION,
+    BANK_FORMAT,
+    BANK_VERSION,
     TemplateBank,
     default_bank,
     quantize,
@@ -83,8 +83,8 @@ def test_malformed_banks_are_refused(changes, message):
 
 def write_raw(path, **changes):
     arrays = {
-        'format': np.array(FORMAT),
-        'version': np.array(FORMAT_VERSION),
+        'format': np.array(BANK_FORMAT),
+        'version': np.array(BANK_VERSION),
         'templates': np.zeros((1, 2, 3, 4), dtype=np.uint8),
         'azimuth': np.zeros(1, dtype=np.float32),
         'builds': np.array(['average']),

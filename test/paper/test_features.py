@@ -4,7 +4,12 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.paper.features import FeatureModel, FeatureSelector, View, class_histograms
+from gait_segmentation.paper.features import (
+    FeatureModel,
+    FeatureSelector,
+    Pixels,
+    class_histograms,
+)
 
 COLOURS = np.zeros((8, 12, 3), np.uint8)
 COLOURS[:, :4] = (200, 100, 50)
@@ -51,11 +56,11 @@ CLASSES[6:54, 26:54] = 2
 CLASSES[10:50, 30:50] = 1
 
 
-def coloured(person: tuple[int, int, int], around: tuple[int, int, int]) -> View:
+def coloured(person: tuple[int, int, int], around: tuple[int, int, int]) -> Pixels:
     rng = np.random.default_rng(0)
     bgr = np.where(CLASSES[..., None] > 0, np.uint8(person), np.uint8(around))
     bgr = np.uint8(np.clip(bgr + rng.normal(0, 2, bgr.shape), 0, 255))
-    return View(bgr, cv2.cvtColor(bgr, cv2.COLOR_BGR2GRAY))
+    return Pixels(bgr, cv2.cvtColor(bgr, cv2.COLOR_BGR2GRAY))
 
 
 def test_the_likelihood_is_made_of_what_separates_best() -> None:

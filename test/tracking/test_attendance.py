@@ -152,3 +152,18 @@ def test_of_whom_is_found_again_it_is_known_how_reliably_they_are_seen():
     for _ in range(3):
         again.add(ELSEWHERE, [BOX])
     assert again.is_doubted
+
+
+def test_who_is_found_again_by_a_detector_is_soon_missed_again():
+    track, network = told()
+    # Farther away by then, so that nothing but the detector finds them.
+    path = [*walk(Figure(60), 50), *walk(Figure(270, height=60), 40, -1.0)]
+    states = []
+    for number, figure in enumerate(path):
+        network.boxes = [figure.box] if number < 40 or 50 <= number < 55 else []
+        (result,) = track.show(*[figure] * (number < 40 or number >= 50))
+        states.append(result.state)
+    assert states[49] == 'lost'
+    assert states[55] == 'tracked'
+    assert states[77] == 'lost'
+    assert result.track_id == 1

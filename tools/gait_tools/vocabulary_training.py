@@ -26,7 +26,12 @@ from gait_segmentation.files import write_file
 from gait_segmentation.gait_model import TemplateBank
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.paper.prior import silhouette_edges, words_of
-from gait_segmentation.paper.vocabulary import FORMAT, FORMAT_VERSION, Vocabulary, VocabularyError
+from gait_segmentation.paper.vocabulary import (
+    WORDS_FORMAT,
+    WORDS_VERSION,
+    Vocabulary,
+    VocabularyError,
+)
 from gait_tools.gait_model import FIGURES, BankSpec
 
 _COVARIANCE_FLOOR = 1e-4
@@ -193,8 +198,8 @@ def write_vocabulary(vocabulary: Vocabulary, path: str | os.PathLike[str]) -> No
     """Write a vocabulary to a JSON file, numbers rounded to seven decimals, one row a line."""
     words = zip(vocabulary.weights, vocabulary.means, vocabulary.covariances, strict=True)
     entries = {
-        'format': FORMAT,
-        'version': FORMAT_VERSION,
+        'format': WORDS_FORMAT,
+        'version': WORDS_VERSION,
         'provenance': vocabulary.provenance,
         'fill': vocabulary.fill,
         'aspect': vocabulary.aspect,

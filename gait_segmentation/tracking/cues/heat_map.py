@@ -21,10 +21,10 @@ from gait_segmentation.images import count_likely, distance_from, shifted_part
 from gait_segmentation.tracking.association import beyond
 from gait_segmentation.tracking.cues import Cue, CueInput, Evidence
 
-_FLOOR = 0.03
+_WRONG = 0.03
 """Probability that a map is wrong though it is certain, which limits the evidence."""
 
-_MISSED, _SHOWN = 0.5, 0.8
+_MISSED, _COVERED = 0.5, 0.8
 """
 Share of a person up to which a map misses them, so that it says nothing where it shows nobody, and
 from which it shows them.
@@ -70,7 +70,7 @@ class HeatMapCue(Cue):
 
 def covered(shown: float) -> float:
     """Return how far a map that shows some share of a person shows them, 0 to 1."""
-    return float(np.clip((shown - _MISSED) / (_SHOWN - _MISSED), 0, 1))
+    return float(np.clip((shown - _MISSED) / (_COVERED - _MISSED), 0, 1))
 
 
 def map_evidence(
@@ -85,6 +85,6 @@ def map_evidence(
     :param others: share of what is not the person that is of other people.
     """
     likely = np.arange(256) / 255
-    ratio = np.log((likely + _FLOOR) / (1 - likely + others * likely + _FLOOR))
+    ratio = np.log((likely + _WRONG) / (1 - likely + others * likely + _WRONG))
     table = trust * np.where(ratio < 0, covered(shown) * ratio, ratio)
     return np.asarray(cv2.LUT(values, table.astype(np.float32)))

@@ -30,23 +30,23 @@ _LEAST_MOTION = 0.02
 _SIGMA = 12.0
 """Spread of the difference of a pixel that is explained, in grey levels."""
 
-_LIMIT = 2.0
+_MOST_EITHER = 2.0
 """Largest log-likelihood ratio of either part, before it is weighed."""
 
 _EDGES = (2, 4, 7, 12, 20)
 """Differences, in grey levels, above which the next grade begins; about a factor apart."""
 
 _GRADES = len(_EDGES) + 1
-_KINDS = _GRADES**2
+_PAIRS = _GRADES**2
 _GRADE_OF = np.searchsorted(_EDGES, np.arange(256)).astype(np.uint8)
 
-_RATE = 0.1
+_COUNT_RATE = 0.1
 """Least share by which the counts move towards those of a frame."""
 
 _FEW = 0.02
 """Share of the pixels of either kind from which their own differences count, not those of all."""
 
-_FLOOR = 0.01
+_LEAST_PAIR = 0.01
 """Share of the pixels of either kind that may show any pair of differences."""
 
 
@@ -54,7 +54,7 @@ class MotionCue(Cue):
     """What the motion of the pixels says of one person."""
 
     def __init__(self) -> None:
-        self._shares = np.zeros((2, 2 * _KINDS))
+        self._shares = np.zeros((2, 2 * _PAIRS))
         """Of person and surroundings, the share of pixels of each pair of differences."""
 
         self._masks = 0
@@ -107,7 +107,7 @@ class MotionCue(Cue):
         beside = (cv2.dilate(person, np.ones((3, 3), np.uint8)) == 0).view(np.uint8)
         counts = np.stack(
             [
-                cv2.calcHist([values], [0], at, [2 * _KINDS], [0, 2 * _KINDS])
+                cv2.calcHist([values], [0], at, [2 * _PAIRS], [0, 2 * _PAIRS])
                 .ravel()
                 .astype(float)
                 for at in (person, beside)
@@ -116,21 +116,21 @@ class MotionCue(Cue):
         if not counts.any(axis=1).all():
             return
         self._masks += 1
-        rate = max(_RATE, 1 / self._masks)
+        rate = max(_COUNT_RATE, 1 / self._masks)
         self._shares += rate * (counts / counts.sum(axis=1, keepdims=True) - self._shares)
 
     def _ratios(self) -> NDArray[np.float32]:
         """Return the log-likelihood ratio of each pair of differences, float32."""
         if not self._masks:
-            return np.zeros(2 * _KINDS, np.float32)
-        shares = self._shares.reshape(2, 2, _KINDS)
+            return np.zeros(2 * _PAIRS, np.float32)
+        shares = self._shares.reshape(2, 2, _PAIRS)
         # Among what was covered and what was not: where the person was is no evidence.  Of what
         # is seldom seen, as nothing that was covered is beside a person who stands, as of all.
         every = shares.sum(axis=1, keepdims=True)
         shares = shares + _FEW * every
-        shares = shares / shares.sum(axis=2, keepdims=True) + _FLOOR
+        shares = shares / shares.sum(axis=2, keepdims=True) + _LEAST_PAIR
         ratios = np.log(shares[0] / shares[1])
-        return np.clip(ratios, -_LIMIT, _LIMIT).astype(np.float32).ravel()
+        return np.clip(ratios, -_MOST_EITHER, _MOST_EITHER).astype(np.float32).ravel()
 
 
 @kernel('u1[:,::1], u1[:,::1], u1[:,::1], f4[::1], b1, f8, u1[:,::1], f4[:,::1]')
@@ -152,11 +152,11 @@ def _weigh(
     :param ratios: of the pairs, see :meth:`MotionCue._ratios`.
     :param better: whether the better explanation counts.
     """
-    limit, scale = np.float32(_LIMIT), np.float32(2 * _SIGMA**2)
+    limit, scale = np.float32(_MOST_EITHER), np.float32(2 * _SIGMA**2)
     for row in range(stay.shape[0]):
         for col in range(stay.shape[1]):
             kind = _GRADES * _GRADE_OF[stay[row, col]] + _GRADE_OF[move[row, col]]
-            kind += _KINDS if covered[row, col] > 127 else 0
+            kind += _PAIRS if covered[row, col] > 127 else 0
             value = ratios[kind]
             if better:
                 gain = np.float32(np.int32(stay[row, col]) ** 2 - np.int32(move[row, col]) ** 2)

@@ -20,7 +20,7 @@ from gait_segmentation.config import StageConfig, parameters_of
 from gait_segmentation.errors import BankError
 from gait_segmentation.files import keep_apart
 from gait_segmentation.gait_model import TemplateBank, default_bank
-from gait_segmentation.paper.vocabulary import FORMAT, VocabularyError
+from gait_segmentation.paper.vocabulary import WORDS_FORMAT, VocabularyError
 from gait_tools.gait_model import BUILDS, BankSpec, build_bank
 from gait_tools.gait_model.builder import DIRECTIONS, draw_views
 from gait_tools.gait_model.silhouettes import (
@@ -294,7 +294,10 @@ def _learn(options: argparse.Namespace) -> None:
     output, picture = options.output, options.picture
     outputs = [('the vocabulary', output), ('--picture', picture)]
     keep_apart(outputs, options.folders or ())
-    kinds = [(*outputs[0], lambda head: FORMAT.encode() in head), (*outputs[1], is_own_picture)]
+    kinds = [
+        (*outputs[0], lambda head: WORDS_FORMAT.encode() in head),
+        (*outputs[1], is_own_picture),
+    ]
     keep_others(kinds, 'gait_bank vocabulary')
     for path in (output, picture or output):
         if not path.parent.is_dir():
