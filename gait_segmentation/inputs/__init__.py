@@ -66,9 +66,6 @@ def open_input(
     if path.exists() and is_bag(path):
         return BagSource(path, topic=topic, **wanted)
     if topic and path.exists():
-        raise SequenceError(
-            f'{path} is no bag and has no topic {topic}: leave out --topic (topic:= of a launch '
-            'file)'
-        )
+        raise SequenceError(f'{path} is no bag and has no topic {topic}: leave out --topic')
     kind = FolderSource if path.is_dir() or is_picture(path) else FilmSource
     return kind(path, **wanted)
