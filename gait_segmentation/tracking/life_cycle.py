@@ -23,7 +23,7 @@ def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str,
 
     A candidate is ended when it vanishes in the open, or when after a second its masks have not
     the shape of a body, and confirmed after three. What was found by its looks is ended when it
-    does not move for two. A tracked person is lost in a gap, outside of
+    does not move for one. A tracked person is lost in a gap, outside of
     the image, and when too little is seen in two frames in a row. A lost person is tracked again
     when they are found, and ended when they are not for so long as ``patience`` says. Whom a
     detector saw reliably and does not any more is lost until it sees them again, and so is what

@@ -18,7 +18,7 @@ _STILL_NS = 300_000_000
 _MOVES = 0.01
 """Least share of a person's pixels that move, seen over some frames, though they stand."""
 
-_THING_NS = 2_000_000_000
+_THING_NS = 1_000_000_000
 """Time without motion after which it is a thing, if it has to move because nobody gave its box."""
 
 _UNLIKE = 0.9

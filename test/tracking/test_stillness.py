@@ -78,8 +78,8 @@ def test_what_looks_like_a_person_must_be_seen_to_move():
     sways = [Figure(100 + (number % 20 > 10)) for number in range(100)]
     assert {each.state for each in seen_by_a_detector(*sways)} == {'tracked'}
     results = seen_by_a_detector(*stands, *walk(Figure(200), 30))
-    assert {each.state for each in results[:40]} == {'tracked'}
+    assert {each.state for each in results[:20]} == {'tracked'}
     # The detector goes on seeing it.
-    assert {each.state for each in results[60:100]} == {'empty'}
-    assert 'not moved' in results[60].reason
+    assert {each.state for each in results[40:100]} == {'empty'}
+    assert 'not moved' in results[40].reason
     assert results[-1].state == 'tracked'
