@@ -124,9 +124,9 @@ class BackgroundModel:
         """Return which pixels of a window were seen often enough to be sure, (h, w)."""
         return self.count[window] >= np.float32(SURE_COUNT)
 
-    def forget(self, where: NDArray[np.uint8]) -> None:
-        """Forget the pixels where an image, (h, w) uint8, is not zero."""
-        self.sums[where > 0] = 0
+    def forget(self, where: NDArray[np.uint8] | NDArray[np.bool_], kept: float = 0.0) -> None:
+        """Forget the pixels where an image, (h, w), is not zero, but for a share of the count."""
+        self.sums[where > 0] *= kept
 
     def fade(self, textured: bool) -> None:
         """Go on as if all had been grey, as light; with ``textured`` gradients are its colours."""

@@ -273,7 +273,7 @@ class WholeView(View):
         # What has left or has come to stay is no mean with what was there before: the longer
         # that was seen, the longer it must be missed.
         other = (model.contradicted(lab, self.all, 1.0) > 0) & (hidden == 0)
-        model.sums[other] *= _FADE
+        model.forget(other, _FADE)
         gone = other & (model.count < SURE_COUNT)
         model.forget(gone)
         model.add(lab, np.where(other & ~gone, np.uint8(1), hidden))

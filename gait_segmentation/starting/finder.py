@@ -14,7 +14,7 @@ import json
 import math
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -234,8 +234,10 @@ class WalkerFinder:
         frame = self.detector.update(taken)
         # Along with the camera.
         shift = frame.shift
-        for each in self._candidates:
-            each.box, each.trail = each.box.shifted(*shift), each.trail.shifted(*shift)
+        self._candidates = [
+            replace(each, box=each.box.shifted(*shift), trail=each.trail.shifted(*shift))
+            for each in self._candidates
+        ]
         self._rejected = [
             (box.shifted(*shift), until) for box, until in self._rejected if seconds < until
         ]
@@ -254,10 +256,10 @@ class WalkerFinder:
     def reject(self, box: Box) -> None:
         """Ask for more evidence, for a time, where what is in a box in source pixels moves."""
         place = box.scaled(self._scale)
-        for each in self._candidates:
+        for number, each in enumerate(self._candidates):
             if each.box.iou(place) > 0:
                 place = place.union(each.trail)
-                each.evidence = 0.0
+                self._candidates[number] = replace(each, evidence=0.0)
         self._rejected.append((place, self._stamp_ns / 1e9 + _REJECTED_S))
 
     def _look(
