@@ -42,6 +42,7 @@ _MAP_LEVELS = 32, 127
 _LIKE_A_BODY = 0.1
 _ENOUGH = 0.2
 _MOST_THINGS = 32  # that are remembered
+_THING_NS = 30_000_000_000  # for which they are
 _THING_IOU = 0.3  # of two boxes that are of the same thing
 # Of what may be left of somebody who leaves the image: its height over theirs, and how far beside
 # them it may be, in their heights.
@@ -100,7 +101,7 @@ class Starter:
         """Forget all that was seen, for another place is shown from now on."""
         self.walkers.stop()
         self._maps, self._sightings = MapFinder(self._shapes), Sightings()
-        self._things = deque[Box](maxlen=_MOST_THINGS)
+        self._things = deque[tuple[Box, int]](maxlen=_MOST_THINGS)
         self._lookout.reset()
 
     @property
@@ -108,12 +109,19 @@ class Starter:
         """Return the scene as it was before there were people, None if it is not known."""
         return None if self.walkers.detector is None else self.walkers.detector.known
 
-    def reject(self, box: Box) -> None:
-        """Take nobody any more for a person who is seen just there, where a thing is."""
-        self._things.append(box)
+    def reject(self, box: Box, stamp_ns: int) -> None:
+        """Take nobody for a person, for a time, who is seen just there, where a thing is."""
+        self._things.append((box, stamp_ns + _THING_NS))
 
     def _is_thing(self, box: Box) -> bool:
-        return any(box.iou(thing) > _THING_IOU for thing in self._things)
+        return any(box.iou(thing) > _THING_IOU for thing, _ in self._things)
+
+    def _forget_things(self, scene: Scene) -> None:
+        """Forget things of long ago, which may be people after all, and all when they move."""
+        if any(view.now.motion.camera is not None for view in scene.views):
+            self._things.clear()
+        while self._things and self._things[0][1] < scene.stamp_ns:
+            self._things.popleft()
 
     def look(self, image: NDArray[np.uint8], stamp_ns: int, known: Known) -> Sighting | None:
         """
@@ -141,6 +149,7 @@ class Starter:
         :param heat: the newest heat map.
         :param at_first: whether boxes were given before there was anything to remember.
         """
+        self._forget_things(scene)
         free, anybody = known.seen < self._slots, bool(known.seen or known.lost)
         given = known.given and anybody
         found: list[Proposal] = []

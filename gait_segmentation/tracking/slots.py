@@ -179,7 +179,7 @@ class Slots:
             if track.probation is not None:
                 starter.walkers.reject(track.body)
             if track.stillness.is_thing:
-                starter.reject(track.body)
+                starter.reject(track.body, stamp_ns)
         self._drop_unused(scene)
 
     def results(

@@ -18,7 +18,7 @@ _STILL_NS = 300_000_000
 _MOVES = 0.01
 """Least share of a person's pixels that move, seen over some frames, though they stand."""
 
-_THING_NS = 1_000_000_000
+_PROOF_NS = 1_000_000_000
 """Time without motion after which it is a thing, if it has to move because nobody gave its box."""
 
 _UNLIKE = 0.9
@@ -64,7 +64,7 @@ class Stillness:
             return False
         if moving >= _MOVES:
             self._moved_ns, self._found_ns, self.is_doubted = stamp_ns, None, False
-        self.is_thing = self._found_ns is not None and stamp_ns - self._found_ns >= _THING_NS
+        self.is_thing = self._found_ns is not None and stamp_ns - self._found_ns >= _PROOF_NS
         return self._moved_ns is not None and stamp_ns - self._moved_ns >= _STILL_NS
 
     def remember(self, looks: NDArray[np.float32], stamp_ns: int) -> None:

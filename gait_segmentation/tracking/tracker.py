@@ -23,9 +23,7 @@ from gait_segmentation.scene.scene import Scene, SceneOptions, View, Whereabouts
 from gait_segmentation.scene.working import working_shape
 from gait_segmentation.stamps import check_later, check_stamp
 from gait_segmentation.starting import StartingConfig
-from gait_segmentation.starting.starter import (
-    Starter,
-)
+from gait_segmentation.starting.starter import Starter
 from gait_segmentation.tracking import group
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.life_cycle import GAP_S

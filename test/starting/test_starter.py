@@ -4,17 +4,17 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.detector.lookout import Lookout
+from gait_segmentation.detector.lookout import Lookout, Sighting
 from gait_segmentation.detector.networks import Networks
 from gait_segmentation.detector.person_detector import Detection
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
-from gait_segmentation.scene.scene import Scene
+from gait_segmentation.scene.scene import Scene, View
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.starting.shapes import BodyShapes
 from gait_segmentation.starting.starter import Known, MapFinder, Sightings, Starter
-from test.tracking.figures import HEIGHT, WIDTH, Figure
+from test.tracking.figures import HEIGHT, WIDTH, Figure, picture
 from test.walkers import body, small_bank
 
 BOX, OTHER = Box(10, 10, 40, 100), Box(200, 30, 30, 80)
@@ -142,3 +142,23 @@ def test_nobody_begins_with_what_is_left_of_somebody_who_leaves(somebody, found)
     scene.advance(np.zeros((HEIGHT, WIDTH, 3), np.uint8), 1)
     heat = HeatMap(Figure(34, height=80).mask(), 1, 1.0)
     assert bool(starter.propose(scene, heat, None, somebody)) == found
+
+
+@pytest.mark.parametrize(
+    ('seconds', 'pan', 'found'), [(5, 0, False), (29, 0, False), (31, 0, True), (5, 6, True)]
+)
+def test_a_thing_is_remembered_for_a_time_and_where_it_is(seconds, pan, found):
+    starter = Starter(
+        small_bank(), StartingConfig(), 2, Lookout(networks=Networks(lambda image: []))
+    )
+    image = picture([])[0]
+    scene = Scene((HEIGHT, WIDTH))
+    box, second = Figure(100).box, 1_000_000_000
+    scene.advance(image, second)
+    scene.add(View((HEIGHT, WIDTH), 1.0))
+    starter.reject(box, second)
+    for number in range(3):
+        scene.advance(np.roll(image, number * pan, axis=1), seconds * second + number)
+        starter.propose(scene, None, None, Known())
+    sighting = Sighting(scene.stamp_ns, (Detection(box, 0.9),))
+    assert bool(starter.propose(scene, None, sighting, Known())) == found
