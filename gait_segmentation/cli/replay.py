@@ -80,8 +80,8 @@ def parser() -> argparse.ArgumentParser:
         type=float,
         nargs=4,
         metavar=('X', 'Y', 'W', 'H'),
-        help='tight box of a person in the first frame, in pixels of the input; without it, '
-        'people are found by their motion',
+        help='tight box of a person in the first frame, in pixels of the input; without it '
+        'people are found as starting.auto_init says',
     )
     maps = made.add_mutually_exclusive_group()
     maps.add_argument(
