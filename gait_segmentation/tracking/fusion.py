@@ -148,8 +148,8 @@ class FusionTrack(Track):
         """Take in whether what is likely, (h, w) uint8 of the claim's window, moves."""
         stamp_ns = self.view.now.image.stamp_ns
         if self.stillness.is_asked(stamp_ns, self.motion.moving):
-            likely = np.zeros(self.view.shape, np.uint8)
-            likely[claim.window] = np.where(values > 127, claim.mask, 0)
+            there = np.where(values > 127, claim.mask, np.uint8(0))
+            likely = placed(there, claim.window, self.view.shape)
             self.stillness.judge(self._signature(likely, self.view.now, claim.window))
         self.stillness.remember(self.appearance.last, stamp_ns)
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.colour import body_rows
 from gait_segmentation.geometry import REACH
-from gait_segmentation.images import bounding_box
+from gait_segmentation.images import bounding_box, placed
 from gait_segmentation.scene.scene import Shift
 from gait_segmentation.tracking.association import PixelClaim
 from gait_segmentation.tracking.likelihood import likelihood_image
@@ -87,9 +87,8 @@ def _shows(
         for part in visible
     ):
         return False
-    likely = np.zeros(shape, np.uint8)
-    likely[window] = np.where(values > 127, visibility.unoccluded, 0)
-    if not track.looks_alike(likely):
+    likely = np.where(values > 127, visibility.unoccluded, np.uint8(0))
+    if not track.looks_alike(placed(likely, window, shape)):
         return False
     track.find(values, visibility, claim)
     return True

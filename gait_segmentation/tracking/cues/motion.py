@@ -75,10 +75,11 @@ class MotionCue(Cue):
         gray = view.now.image.gray[window]
         stays = motion.warped(earlier.image.gray, window)
         person = given.expected > 127
-        # A frame that was repeated says nothing of motion.
-        if person.any() and not np.array_equal(view.now.image.gray, earlier.image.gray):
+        if person.any():
             moving = moving_pixels(gray, stays, view.background.sigma)
-            self.moving = float(moving[person].mean())
+            # A frame that was repeated says nothing of motion.
+            if moving.any() or not np.array_equal(view.now.image.gray, earlier.image.gray):
+                self.moving = float(moving[person].mean())
         if not given.seen:
             return None
         body = WorldMotion(np.array([[1, 0, dx], [0, 1, dy], [0, 0, 1]]))
