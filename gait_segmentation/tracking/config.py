@@ -131,6 +131,9 @@ class TrackingConfig(StageConfig):
     use_tilt: bool = parameter(
         True, 'Follow the tilt of the body, as wide-angle cameras show it near their borders.'
     )
+    use_stillness: bool = parameter(
+        True, 'Take for gone who neither moves nor looks as when they moved last.'
+    )
     mean_shift_gain: float = parameter(
         0.5,
         'Share of the mean shift on the likelihood that moves the box.',

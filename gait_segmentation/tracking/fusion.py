@@ -141,7 +141,7 @@ class FusionTrack(Track):
     ) -> None:
         """See how well the person stands out, and whether they move; see the base class."""
         super().observe(likelihood, claim, occluder)
-        if self.seen >= LEAST_SEEN:
+        if self.seen >= LEAST_SEEN and self.config.use_stillness:
             self._see_motion(likelihood[claim.window], claim)
 
     def _see_motion(self, values: NDArray[np.uint8], claim: PixelClaim) -> None:
@@ -164,7 +164,8 @@ class FusionTrack(Track):
         expected = placed(claim.mask, claim.window, self.view.shape)
         self.mask = self.visible = Silhouette(expected, self.displacement)
         super().find(values, visibility, claim)
-        self._see_motion(values, claim)
+        if self.config.use_stillness:
+            self._see_motion(values, claim)
 
     def looks_alike(self, mask: NDArray[np.uint8]) -> bool:
         """Return whether the colours in a mask are those of the person."""

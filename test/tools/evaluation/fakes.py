@@ -26,12 +26,17 @@ def found_person(track_id, box, mask):
 
 
 class FakePipeline:
-    """Takes red pixels for the person; without texture it loses the lower half."""
+    """
+    Takes red pixels for the person.
+
+    Without texture it loses the lower half; without stillness it keeps the mask of who has left.
+    """
 
     def __init__(self, config=None, bank=None, clock=lambda: 0.0):
         self.config = config or PipelineConfig()
         self.box = None
         self.held = []
+        self.last = None
         self.likelihoods = []
         self.heat_maps = {}
 
@@ -46,6 +51,9 @@ class FakePipeline:
         mask = np.where(image[..., 2] > image[..., 1] + 60, 255, 0).astype(np.uint8)
         if likelihood is not None:
             mask = likelihood
+        if not (mask.any() or self.config.tracking.use_stillness):
+            mask = self.last
+        self.last = mask.copy()
         if not self.config.tracking.use_texture:
             mask[mask.shape[0] // 2 :] = 0
         if self.config.segmentation.prior == 'none':

@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 
 from gait_tools.evaluation.sequence import Sequence
-from gait_tools.evaluation.variants import KINDS, LATE, MAPS, TIMES, Variant
+from gait_tools.evaluation.variants import KINDS, LATE, MAPS, TIMES, Left, Variant
+
+from .fakes import write_sequence
 
 WALKER = Path(__file__).parents[3] / 'examples/walker'
 
@@ -44,3 +46,22 @@ def test_maps_show_where_somebody_is() -> None:
     assert np.array_equal(values['map-mirrored'], values['map'][:, ::-1])
     given = Variant.of(walker(), 'map-inverted', 'masks')
     assert np.array_equal(given.heat_map('', 0), 255 - walker().truth(0))
+
+
+def test_whoever_left_is_not_in_the_picture(tmp_path: Path) -> None:
+    whole = Sequence.load(write_sequence(tmp_path / 'a', frames=30, size=(90, 40)))
+    assert Left.of(whole) is None, 'not known to stand'
+    whole.about['camera'] = 'static'
+    left = Left.of(whole)
+    assert left is not None
+    assert (left.since, left.numbers) == (15, list(range(15 + 62)))
+    assert np.array_equal(left.image(14), whole.image(14))
+    assert np.array_equal(left.truth(14), whole.truth(14))
+    place = left.image(40)
+    assert np.abs(place.astype(int) - 120).max() < 12
+    assert not np.array_equal(place, left.image(41)), "a camera's noise"
+    assert not left.truth(40).any()
+    assert left.gone(list(range(77))) == list(range(27, 77))
+    short = Sequence.load(write_sequence(tmp_path / 'b', frames=29))
+    short.about['camera'] = 'static'
+    assert Left.of(short) is None

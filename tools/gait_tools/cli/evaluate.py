@@ -125,7 +125,7 @@ def parser() -> argparse.ArgumentParser:
     boxes = 'also run films from N - 1 boxes moved by up to 4 %% of their height (default: 1)'
     add('--boxes', type=int, default=1, metavar='N', help=boxes)
     add('--jobs', type=int, default=1, metavar='N', help='processes (default: 1)')
-    spoil = 'also run what is for them on films whose light is spoilt so, see docs/evaluation.md'
+    spoil = 'also run what is for them on films that are spoilt so, see docs/evaluation.md'
     add('--spoil', nargs='+', choices=SPOILT, default=[], help=spoil)
     write = 'put the table between <!-- mechanisms --> and <!-- end --> in a Markdown file'
     add('--write', type=Path, metavar='FILE', help=write)

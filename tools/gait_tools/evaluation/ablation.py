@@ -3,17 +3,19 @@
 """
 What each mechanism is worth: it is left out by its switch, alone, over many films.
 
-Films are run from their boxes and from moved ones.  J is the mean over the frames that show the
-person, then over boxes, the films of a place, and places.  A difference counts if its interval,
-of a bootstrap over places, leaves out zero.
+Films are run from their boxes and from moved ones.  Scores are means over the frames that show
+the person, then over boxes, the films of a place, and places.  A difference counts if its
+interval, of a bootstrap over places, leaves out zero, over all films or over those of a group.
 """
 
 from __future__ import annotations
 
 import itertools
 import json
+import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence as ListLike
+import statistics
+from collections.abc import Iterable, Iterator, Sequence as ListLike
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -29,10 +31,23 @@ from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_tools.evaluation.sequence import Sequence
 from gait_tools.evaluation.session import Session
-from gait_tools.evaluation.variants import Variant
+from gait_tools.evaluation.variants import Left, Variant
 from gait_tools.outputs import keep_others, write_json
 
-Scores = dict[str, float]  # J by ``NAME@BOX``, of one film run from one box
+Scores = dict[str, dict[str, float]]  # by ``NAME@BOX``, of one film run from one box
+
+SCORES = ('J', 'F', 'box')
+"""Scores of masks, of their outlines, and IoU of the refined boxes, as docs/evaluation.md says."""
+GROUPS: dict[str, dict[str, str]] = {
+    'all': {},
+    'walkers': {'kind': 'walk'},
+    'static': {'camera': 'static'},
+    'moving': {'camera': 'moving'},
+    'walkers static': {'kind': 'walk', 'camera': 'static'},
+    'walkers moving': {'kind': 'walk', 'camera': 'moving'},
+    'others': {'kind': 'other'},
+}
+"""Which films are looked at together, by what ``sequence.yaml`` says of them."""
 
 _HEAD = re.compile(rb'\{\s*"settings": \[')
 
@@ -46,7 +61,7 @@ class Mechanism(NamedTuple):
     films: tuple[str, ...] = ('plain',)
 
 
-WHOLE = Mechanism('nothing', '', '', ('plain', 'ramp', 'flicker', 'night', 'low'))
+WHOLE = Mechanism('nothing', '', '', ('plain', 'ramp', 'flicker', 'night', 'low', 'left'))
 SPOILT = WHOLE.films[1:]
 MECHANISMS = (
     WHOLE,
@@ -68,6 +83,7 @@ MECHANISMS = (
     Mechanism('pixel association', 'divides shared pixels', 'tracking.use_association=false'),
     Mechanism('mean shift', 'corrects the place', 'tracking.mean_shift_gain=0'),
     Mechanism('tilt', 'follows leaning bodies', 'tracking.use_tilt=false'),
+    Mechanism('stillness', 'ends who has left', 'tracking.use_stillness=false', ('plain', 'left')),
     Mechanism('search for the lost', 'awaits hidden people', 'tracking.patience=0'),
     Mechanism('likelihood blur', 'forgives small shifts', 'matching.blur=1'),
     Mechanism('phase clock', 'expects the cadence', 'matching.rate_cost=0'),
@@ -86,8 +102,8 @@ MECHANISMS = (
 """In the order in which a frame meets them."""
 
 
-def mean_j(session: Session, config: Any, run: tuple[Sequence, int]) -> float:
-    """Return the mean J of a film, run from its box (0) or from one that the seed moves."""
+def scores_of(session: Session, config: Any, run: tuple[Sequence, int]) -> dict[str, float]:
+    """Return the scores of a film, run from its box (0) or from one that the seed moves."""
     cv2.setNumThreads(1)
     sequence, number = run
     rng = np.random.default_rng(1000 + number)
@@ -95,9 +111,14 @@ def mean_j(session: Session, config: Any, run: tuple[Sequence, int]) -> float:
     if number > 0:
         starts = {n: tuple(_moved(box, rng, *sequence.size) for box in starts[n]) for n in starts}
     summary = session.score(config, sequence, starts)
+    if isinstance(sequence, Left):
+        return dict.fromkeys(SCORES, statistics.fmean(e.j for e in sequence.gone(summary.scores)))
+    shown = [each for each in summary.scores if not math.isnan(each.visible.iou)]
+    j = statistics.fmean(each.j for each in shown)
     if sequence.label_files:
-        return float(summary.tracking.numbers()['J'] or 0.0)
-    return float(np.mean([each.j for each in summary.scores if not np.isnan(each.visible.iou)]))
+        j = float(summary.tracking.numbers()['J'] or 0.0)
+    f = statistics.fmean(each.f for each in shown)
+    return {'J': j, 'F': f, 'box': statistics.fmean(each.matched.iou for each in shown)}
 
 
 def _moved(box: Box, rng: np.random.Generator, width: int, height: int) -> Box:
@@ -118,9 +139,8 @@ def ablate(
     spoilt: Iterable[str] = (),
 ) -> Iterator[str]:
     """Run all films without each mechanism; yield the lines of a Markdown table as they come."""
-    places = {each.name: str(each.about.get('place', each.name)) for each in session.sequences}
-    yield '| left out | what it does | films | J | difference (95 %) | verdict |\n'
-    yield f'{"|---" * 6}|\n'
+    titles = 'left out', 'what it does', 'films', *SCORES, 'worse without', 'better without'
+    yield f'| {" | ".join(titles)} |\n{"|---" * len(titles)}|\n'
     whole: dict[str, Scores] = {}
     rows = [(each, film) for each in MECHANISMS for film in each.films]
     with ProcessPoolExecutor(jobs, get_context('spawn')) as pool:
@@ -129,40 +149,62 @@ def ablate(
             about = [*settings, *off]
             known = _read(path, about)
             runs = {
-                f'{each.name}@{number}': (Variant.of(each, film), number)
-                for each, number in itertools.product(session.sequences, range(boxes))
+                f'{each.name}@{number}': (each, number)
+                for each, number in itertools.product(
+                    _spoilt(session.sequences, film), range(boxes)
+                )
             }
             new = [name for name in runs if name not in known]
-            once = partial(mean_j, replace(session, sequences=()), overridden(config, off))
+            once = partial(scores_of, replace(session, sequences=()), overridden(config, off))
             found = (map if jobs == 1 else pool.map)(once, (runs[name] for name in new))
             try:
                 known.update(zip(new, found, strict=True))
             finally:
                 # Of a run that is stopped, what there is.
-                write_json(path, {'settings': about, 'J': known})
+                write_json(path, {'settings': about, 'scores': known})
             scores = {name: known[name] for name in runs}
-            yield _row(mechanism, film, scores, whole.setdefault(film, scores), places)
+            yield _row(mechanism, film, scores, whole.setdefault(film, scores), session.sequences)
+
+
+def _spoilt(sequences: Iterable[Sequence], film: str) -> list[Sequence]:
+    """Return films of a kind; those that cannot be made so are left out."""
+    if film != 'left':
+        return [Variant.of(each, film) for each in sequences]
+    return [left for each in sequences if (left := Left.of(each)) is not None]
 
 
 def _row(
-    mechanism: Mechanism, film: str, scores: Scores, whole: Scores, places: Mapping[str, str]
+    mechanism: Mechanism,
+    film: str,
+    scores: Scores,
+    whole: Scores,
+    sequences: Iterable[Sequence],
 ) -> str:
     """Return a line of the table."""
-    by_place: dict[str, list[tuple[float, float]]] = {}
-    for name, j in scores.items():
-        place = places[name.rpartition('@')[0]]
-        by_place.setdefault(place, []).append((j, j - whole[name]))
-    means = np.array([np.mean(each, axis=0) for each in by_place.values()])
-    cells = [mechanism.name, mechanism.does, film, f'{means[:, 0].mean():.3f}', '', '']
-    if mechanism is not WHOLE:
-        changes = means[:, 1]
-        draws = np.random.default_rng(0).choice(changes, (10000, len(changes))).mean(axis=1)
-        low, high = np.percentile(draws, (2.5, 97.5))
-        verdict = 'noise' if low <= 0 <= high else 'worse' if high < 0 else 'better'
-        cells[4:] = f'{changes.mean():+.4f} ({low:+.4f} to {high:+.4f})', verdict
-        if not changes.any():
-            cells[4:] = '0', 'same'
-    return f'| {" | ".join(cells)} |\n'
+    about = {each.name: {'place': each.name, **each.about} for each in sequences}
+    cells = [mechanism.name, mechanism.does, film]
+    verdicts: dict[str, list[str]] = {'worse': [], 'better': []}
+    for score in SCORES:
+        for group, wanted in GROUPS.items():
+            by_place: dict[str, list[tuple[float, float]]] = {}
+            for name in scores:
+                of = about[name.rpartition('@')[0]]
+                if wanted.items() <= of.items():
+                    pair = scores[name][score], scores[name][score] - whole[name][score]
+                    by_place.setdefault(str(of['place']), []).append(pair)
+            if not by_place:
+                continue
+            means = np.array([np.mean(each, axis=0) for each in by_place.values()])
+            changes = means[:, 1]
+            draws = np.random.default_rng(0).choice(changes, (10000, len(changes))).mean(axis=1)
+            low, high = np.percentile(draws, (2.5, 97.5))
+            if group == 'all':
+                change = f'{changes.mean():+.4f} ({low:+.4f} to {high:+.4f})'
+                change = change if changes.any() else '0'
+                cells.append(f'{means[:, 0].mean():.3f}' if mechanism is WHOLE else change)
+            if low > 0 or high < 0:
+                verdicts['worse' if high < 0 else 'better'].append(f'{score} {group}')
+    return f'| {" | ".join([*cells, *map(", ".join, verdicts.values())])} |\n'
 
 
 def _read(path: Path, settings: list[str]) -> Scores:
@@ -172,4 +214,4 @@ def _read(path: Path, settings: list[str]) -> Scores:
         known = json.loads(path.read_text()) if path.exists() else {}
     except (OSError, ValueError) as error:
         raise SequenceError(f'{path} cannot be read: {error}') from error
-    return dict(known['J']) if known.get('settings') == settings else {}
+    return dict(known['scores']) if known.get('settings') == settings else {}

@@ -5,8 +5,10 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Any
 
 import cv2
@@ -14,10 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.people import MOST_PEOPLE
+from gait_tools.evaluation.metrics import FrameScore
 from gait_tools.evaluation.sequence import Sequence
 
 # Blur of the heat maps and side of their blocks, pixels; share of blocks that are inverted.
 SOFT, BLOCK, INVERTED = 4.0, 8, 0.1
+# Frames of a film whose people can leave; seconds that follow, and until nobody may be seen.
+LEFT_LEAST, LEFT_SECONDS, LEAVE_SECONDS = 30, 2.5, 0.5
+# Frames that show the place, pixels about people that do not; noise of the camera, grey levels.
+PLACE_FRAMES, LEFT_NEAR_PX, LEFT_NOISE = 60, 15, 1.5
 Image = NDArray[np.uint8]
 
 
@@ -115,6 +122,67 @@ class Variant(Sequence):
             labels = self.labels(number)
             heat = None if labels is None else _heat(labels, number)
         return None if heat is None else np.ascontiguousarray(MAPS[self.kind](heat, number))
+
+
+@dataclass(frozen=True)
+class Left(Sequence):
+    """
+    A sequence of a camera that stands, whose people are gone ``since`` a frame of its middle.
+
+    What is then seen of the place for :data:`LEFT_SECONDS` is the median of where nobody was.
+    """
+
+    since: int
+    whole: Sequence
+
+    @classmethod
+    def of(cls, sequence: Sequence) -> Left | None:
+        """Make one of a sequence, None if it is too short, or the camera not known to stand."""
+        numbers = sequence.numbers
+        if sequence.about.get('camera') != 'static' or len(numbers) < LEFT_LEAST:
+            return None
+        known = {each.name: getattr(sequence, each.name) for each in fields(Sequence)}
+        since = numbers[len(numbers) // 2]
+        later = range(since, since + round(LEFT_SECONDS * sequence.fps))
+        before = {n: path for n, path in sequence.frames.items() if n < since}
+        for name in ('masks', 'label_files'):
+            known[name] = {n: path for n, path in known[name].items() if n < since}
+        known['frames'] = before | dict.fromkeys(later, sequence.frames[since])
+        return cls(**known, since=since, whole=sequence)
+
+    def gone(self, scores: list[FrameScore]) -> list[FrameScore]:
+        """Return the scores of the frames in which nobody ought to be seen any more."""
+        return scores[-round((LEFT_SECONDS - LEAVE_SECONDS) * self.fps) :]
+
+    def image(self, number: int) -> Image:
+        """Return a frame, or the place, as a camera sees it."""
+        if number < self.since:
+            return super().image(number)
+        noise = _rng(number).normal(0.0, LEFT_NOISE, self._place.shape)
+        return np.clip(np.round(self._place + noise), 0, 255).astype(np.uint8)
+
+    def truth(self, number: int) -> Image | None:
+        """Return the truth of a frame, nobody later."""
+        if number < self.since:
+            return super().truth(number)
+        return np.zeros(self.size[::-1], np.uint8)
+
+    @cached_property
+    def _place(self) -> NDArray[np.float32]:
+        """Return the picture of the place without people, (H, W, 3)."""
+        numbers = self.whole.numbers
+        numbers = numbers[:: max(1, len(numbers) // PLACE_FRAMES)]
+        images = np.stack([self.whole.image(n) for n in numbers]).astype(np.float32)
+        near = np.ones((LEFT_NEAR_PX, LEFT_NEAR_PX), np.uint8)
+        for image, truth in zip(images, map(self.whole.truth, numbers), strict=True):
+            if truth is not None:
+                image[cv2.dilate(truth, near) > 0] = np.nan
+        with warnings.catch_warnings():
+            warnings.simplefilter('ignore', RuntimeWarning)  # where somebody always was
+            place = np.nanmedian(images, axis=0)
+        unknown = np.isnan(place).any(2).astype(np.uint8)
+        filled = cv2.inpaint(np.nan_to_num(place).astype(np.uint8), unknown, 5, cv2.INPAINT_TELEA)
+        return filled.astype(np.float32)
 
 
 def _heat(labels: Image, number: int) -> Image:
