@@ -11,6 +11,7 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.detector.lookout import Sighting
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import LOST, TRACKED, TrackResult
@@ -111,6 +112,13 @@ class Slots:
             any(track.attendance.silent for track in tracks),
             given,
         )
+
+    def witness(self, sighting: Sighting) -> None:
+        """Take in whom a detector saw, if it was asked for people."""
+        if sighting.people is not None:
+            for track in self.tracks():
+                there, lost = track.boxes_at(sighting.stamp_ns), track.state == LOST
+                track.attendance.add(sighting.people, there, lost=lost)
 
     def begin_given(self, scene: Scene, boxes: Sequence[Box], past: WholeView | None) -> None:
         """

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import NO_CHROMA, NO_GRADIENT
-from gait_segmentation.detector.lookout import Lookout
+from gait_segmentation.detector.lookout import Lookout, Sighting
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, check_body, check_start_box
@@ -23,7 +23,7 @@ from gait_segmentation.scene.scene import Scene, SceneOptions, View, Whereabouts
 from gait_segmentation.scene.working import working_shape
 from gait_segmentation.stamps import check_later, check_stamp
 from gait_segmentation.starting import StartingConfig
-from gait_segmentation.starting.starter import Starter
+from gait_segmentation.starting.starter import Known, Starter
 from gait_segmentation.tracking import group
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.life_cycle import GAP_S
@@ -156,36 +156,43 @@ class PeopleTracker:
         """
         check_later(stamp_ns, self._stamp_ns)
         self.check(image)
-        source = (image.shape[0], image.shape[1])
         if heat_map is not None:
             self.add_heat_map(heat_map, stamp_ns)
+        scene, self._stamp_ns = self._scene_of((image.shape[0], image.shape[1])), stamp_ns
+        boxes, self._boxes = self._boxes, []
+        self._given = self._given or bool(boxes)
+        sighting = self._look(image, stamp_ns)
+        heat = self._heat_maps.newest(image, stamp_ns, self.config.heat_map_age)
+        self._predict(scene, image, heat)
+        if sighting is not None:
+            self._slots.witness(sighting)
+        # Before the boxes: what the camera saw until now tells what in them is the person.
+        at_first = bool(boxes) and not scene.views
+        known = self._known(stamp_ns if sighting is None else sighting.stamp_ns)
+        found = self._starter.propose(scene, heat, sighting, known, at_first=at_first)
+        self._slots.begin_given(scene, boxes, self._starter.background)
+        self._slots.begin_found(scene, found, self._starter.background, given=self._given)
+        return self._observe(scene)
+
+    def _scene_of(self, source: tuple[int, int]) -> Scene:
+        """Return the scene of images of a size, a new one if no view has followed the place."""
         if self._scene is not None and source != self._scene.source:
             self._forget()
         if self._scene is None or not self._scene.views:
-            # No view has followed the place meanwhile.
             self._scene = Scene(source)
-        self._stamp_ns = stamp_ns
-        given = self._given or bool(self._boxes)
-        sighting = self._starter.look(image, stamp_ns, self._slots.known(stamp_ns, given=given))
-        if sighting is not None and sighting.heat_map is not None:
+        return self._scene
+
+    def _known(self, stamp_ns: int) -> Known:
+        return self._slots.known(stamp_ns, given=self._given)
+
+    def _look(self, image: NDArray[np.uint8], stamp_ns: int) -> Sighting | None:
+        """Let the detector look, take in its heat map, and return what it saw of late."""
+        sighting = self._starter.look(image, stamp_ns, self._known(stamp_ns))
+        if sighting is None:
+            return None
+        if sighting.heat_map is not None:
             self.add_heat_map(sighting.heat_map, sighting.stamp_ns)
-        heat = self._heat_maps.newest(image, stamp_ns, self.config.heat_map_age)
-        self._predict(self._scene, image, heat)
-        if sighting is not None and stamp_ns - sighting.stamp_ns > _LATEST_NS:
-            sighting = None
-        if sighting is not None and sighting.people is not None:
-            for track in self.tracks():
-                there, lost = track.boxes_at(sighting.stamp_ns), track.state == LOST
-                track.attendance.add(sighting.people, there, lost=lost)
-        boxes, self._boxes, self._given = self._boxes, [], given
-        # Before the boxes: what the camera saw until now tells what in them is the person.
-        at_first = bool(boxes) and not self._scene.views
-        seen_ns = stamp_ns if sighting is None else sighting.stamp_ns
-        known = self._slots.known(seen_ns, given=self._given)
-        found = self._starter.propose(self._scene, heat, sighting, known, at_first=at_first)
-        self._slots.begin_given(self._scene, boxes, self._starter.background)
-        self._slots.begin_found(self._scene, found, self._starter.background, given=self._given)
-        return self._observe(self._scene)
+        return sighting if stamp_ns - sighting.stamp_ns <= _LATEST_NS else None
 
     def check(self, image: NDArray[np.uint8]) -> None:
         """
