@@ -107,14 +107,18 @@ def _slopes(
     return np.subtract(right, left, dtype=np.float32), np.subtract(below, above, dtype=np.float32)
 
 
-def label_regions(values: NDArray[np.uint8]) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+def label_regions(
+    values: NDArray[np.uint8], level: int = 127
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """
-    Label the regions that a map shows; the first is what is none.
+    Label the regions that a map shows above a level; the first is what is none.
 
     :param values: (h, w) uint8, P(person).
     :returns: (h, w) int32 labels, and for each left, top, width, height and area, (n, 5) int32.
     """
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(cv2.inRange(values, 128, 255))
+    # Not cv2.compare: that takes an image of one pixel for something else.
+    above = cv2.inRange(values, level + 1, 255)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(above)
     return np.asarray(labels, np.int32), np.asarray(stats, np.int32)
 
 

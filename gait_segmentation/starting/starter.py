@@ -18,7 +18,7 @@ from gait_segmentation.detector.lookout import Lookout, Sighting
 from gait_segmentation.detector.person_detector import Detection
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
-from gait_segmentation.heat_maps import HeatMap
+from gait_segmentation.heat_maps import HeatMap, label_regions
 from gait_segmentation.scene.scene import Scene, WholeView
 from gait_segmentation.starting.finder import StartingConfig, WalkerFinder, belongs
 from gait_segmentation.starting.shapes import BodyShapes, normalised
@@ -276,10 +276,7 @@ class MapFinder:
         across, down = source[1] / values.shape[1], source[0] / values.shape[0]
         regions: list[tuple[float, Box]] = []
         for level in _MAP_LEVELS:
-            # Not cv2.compare: that takes an image of one pixel for something else.
-            above = cv2.inRange(values, level + 1, 255)
-            _, labels, stats, _ = cv2.connectedComponentsWithStats(above)
-            # The first are the pixels below the level.
+            labels, stats = label_regions(values, level)
             for number, (x, y, w, h, _) in enumerate(stats[1:].tolist(), 1):
                 box = Box(x * across, y * down, w * across, h * down)
                 if box.height < least or belongs(box, occupied):

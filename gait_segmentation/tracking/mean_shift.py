@@ -34,15 +34,14 @@ _SETTLED = 5
 """Frames over which the likelihood's mass in the box is averaged to compare later ones with."""
 
 
-def start_in(box: Box, shape: tuple[int, int]) -> FirstMask:
+def start_in(view: View, box: Box, *_: object, **__: object) -> FirstMask:
     """
-    Return a start that takes the ellipse in a box for the person.
+    Return a start that takes the ellipse in a box for the person, whatever else is known.
 
-    :param box: in working pixels.
-    :param shape: (h, w) of the working image.
+    :param box: in working pixels of the view.
     """
-    box = in_view(box, shape)
-    mask = _ellipse(box, (slice(0, shape[0]), slice(0, shape[1])))
+    box = in_view(box, view.shape)
+    mask = _ellipse(box, view.all)
     body = BodyFrame(box.center_x, box.center_y, max(box.height, 1.0))
     return FirstMask(mask, mask / np.float32(255), box, body)
 

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import count
 
@@ -35,11 +35,11 @@ from gait_segmentation.tracking.mean_shift import MeanShiftTrack, start_in
 from gait_segmentation.tracking.pose import WIDEST_BODY
 from gait_segmentation.tracking.track import SAME_PERSON, Track
 
-_TRACKERS: dict[str, type[FusionTrack] | type[MeanShiftTrack]] = {
-    'fusion': FusionTrack,
-    'adaptive_mean_shift': MeanShiftTrack,
+_METHODS: dict[str, tuple[Callable[..., FirstMask], type[FusionTrack] | type[MeanShiftTrack]]] = {
+    'fusion': (estimate_first, FusionTrack),
+    'adaptive_mean_shift': (start_in, MeanShiftTrack),
 }
-"""Classes of tracks by ``tracking.method``."""
+"""How a track begins, and its class, by ``tracking.method``."""
 
 _MOST_APART = 1.5
 """Ratio of the scales of people who share a view."""
@@ -241,18 +241,13 @@ class Slots:
         self, view: View, box: Box, past: WholeView | None, *, by_map: bool = False
     ) -> FirstMask:
         """Estimate a first mask in a box in working pixels."""
-        if self._kind is MeanShiftTrack:
-            return start_in(box, view.shape)
-        return estimate_first(view, box, past, self._bank, self.config, by_map=by_map)
+        first = _METHODS[self.config.method][0]
+        return first(view, box, past, self._bank, self.config, by_map=by_map)
 
     def _new_track(self, view: View, start: FirstMask, track_id: int | None = None) -> Track:
         number = next(self._ids) if track_id is None else track_id
         self.bystanders.drop(view, start.box)
-        return self._kind(number, view, start, self.config)
-
-    @property
-    def _kind(self) -> type[FusionTrack] | type[MeanShiftTrack]:
-        return _TRACKERS[self.config.method]
+        return _METHODS[self.config.method][1](number, view, start, self.config)
 
     def _view_for(self, scene: Scene, box: Box) -> View:
         """Return a view of the scene in which a person is well seen."""
