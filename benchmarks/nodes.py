@@ -4,25 +4,30 @@
 """
 The nodes as processes before a film, as somebody who subscribes to the mask sees them.
 
-A synthetic walker, 0.62 of the image high, walks to and fro before the camera of gait_demo, at
-30 frames per second; the three nodes (split) or gait_pipeline (single) run
-with their defaults, but for ``--preset`` and ``-p``.  Needs ROS 2; leave the machine alone
-meanwhile::
+Synthetic walkers, the first 0.62 of the image high, walk to and fro before the camera of
+gait_demo, at 30 frames per second; the three nodes (split) or gait_pipeline (single) run with
+their defaults, but for ``--preset`` and ``-p``.  Needs ROS 2; leave the machine alone meanwhile.
+The first call is for whoever chooses a robot's computer, or compares with a network::
 
-    python benchmarks/nodes.py [--seconds 60] [--sizes 640x480 1280x720] [--json FILE]
-        [--rate 15] [-p matching.kernel:=direct_access_table ...]
+    python benchmarks/nodes.py --sizes 640x480 1280x720 --walkers 1 4 --seconds 20
+        [--onnx yolo11n-seg.onnx]
+    python benchmarks/nodes.py [--seconds 60] [--json FILE] [--rate 15]
+        [-p matching.kernel:=direct_access_table ...]
     python benchmarks/nodes.py --preset paper --styles split --rate 15 --seconds 30
     python benchmarks/nodes.py --people 1 --styles single --seconds 1800
     python benchmarks/nodes.py --sequences FOLDER ...
     python benchmarks/nodes.py --kills 50
 
-Latencies from a frame's stamp to its mask, in ms, are over all frames answered; ``lost`` counts
-frames without a mask that were published after the first second, ``lost_first_second`` those
-before, ``first`` is the latency of the first frame of all.  With a lag, the frames that
-``gait_matcher`` still holds when the film ends are neither.  ``cpu_percent`` (of one core, the
-source not counted) and ``rss_mib`` are of all nodes together; ``drift`` is the change of that
-memory over the last third, ``slower`` the 95th percentile of the last third over that of the
-first.  ``--json`` has the styles of all sizes under their names.
+One walker is given by a box, more have to be found: ``people`` is how many have a slot, on
+average.  Latencies from a frame's stamp to its mask, in ms, are over all frames answered, of which
+there are so many ``per_second``; ``lost`` counts frames without a mask that were published after
+the first second, ``lost_first_second`` those before, ``first`` is the latency of the first frame
+of all.  With a lag, the frames that ``gait_matcher`` still holds when the film ends are neither.
+``cpu_percent`` (of one core, the source not counted) and ``rss_mib`` are of all nodes together;
+``drift`` is the change of that memory over the last third, ``slower`` the 95th percentile of the
+last third over that of the first.  ``--json`` has all of these, by film and style.  ``network
+alone`` is ``--onnx`` in OpenCV on one thread, up to its outputs: what makes masks of these is not
+in it.
 
 ``--people`` has people found in scenes of 640 x 480 in which three come, cross and go, with a
 second of nothing but noise between.  ``--sequences`` plays clips with truth at their own
@@ -48,6 +53,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +72,7 @@ from gait_segmentation.cli.tool import (
     read_parameter_file,
     run_tool,
 )
+from gait_segmentation.detector.networks import read_network
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input
@@ -81,7 +88,10 @@ STYLES = {'split': NODES, 'single': ('gait_pipeline',)}
 START_TIMEOUT_S, POLL_S = 180.0, 0.02
 
 PERSON = 0.62
-"""Height of the walker over that of the image."""
+"""Height of the first walker over that of the image."""
+
+COLUMNS = 'people', 'per_second', 'lost', 'p50', 'p95', 'max', 'first', 'cpu_percent', 'rss_mib'
+"""What is printed; the rest is in ``--json``."""
 
 BARS = {
     ('640x480', 'split'): {'p95': 33.0, 'lost': 0, 'cpu_percent': 100.0, 'first': 100.0},
@@ -102,6 +112,7 @@ SCENES, SCENE_FRAMES, NOISE_FRAMES = 3, 150, 30
 SAMPLE_S = 0.2
 STEPS = 60
 FLOW_OUT_S = 3.0
+NETWORK_FRAMES = 30
 
 
 def processor_seconds(pid: int) -> float:
@@ -181,8 +192,8 @@ def show(processes: ProcessGroup, frames: Path, stamps: Path, readers: int, rate
     processes.start('camera', 'gait_tools.demo.camera', about)
 
 
-def write_walker(frames: Path, size: tuple[int, int]) -> Box:
-    """Write frames of somebody who walks to and fro for ever, if looped; return the first box."""
+def write_walkers(frames: Path, size: tuple[int, int], walkers: int = 1) -> Box:
+    """Write frames of walkers to and fro for ever, if looped; return the first box of one."""
     clip = SyntheticSequence(
         SyntheticConfig(
             width=size[0],
@@ -192,6 +203,7 @@ def write_walker(frames: Path, size: tuple[int, int]) -> Box:
             person_height=PERSON * size[1],
             jitter=0.0,
             clutter=0.7,
+            walkers=walkers,
         )
     )
     there = [frame.image for frame in clip]
@@ -237,17 +249,28 @@ def lag_of(options: argparse.Namespace) -> int:
     return read_parameter_file(preset_file(options.preset)).config.matching.lag
 
 
-def measure(style: str, size: tuple[int, int], options: argparse.Namespace) -> dict[str, Any]:
-    """Measure one style at one size."""
-    nodes, memory = STYLES[style], []
-    with tempfile.TemporaryDirectory() as folder, session() as (processes, listener):
-        film, stamps = Path(folder) / 'frames', Path(folder) / 'stamps.txt'
-        box = None
-        if options.people:
-            write_scenes(film)
-        else:
-            box = write_walker(film, size)
-        parameters = f'max_people:={options.people or 1}', *options.parameters
+def network_ms(path: Path, film: Path) -> float:
+    """Return the median time that a network takes for an image of a film, on one thread."""
+    net, (height, width), _ = read_network(path)
+    cv2.setNumThreads(1)
+    names, times = net.getUnconnectedOutLayersNames(), []
+    for each in sorted(film.iterdir())[:NETWORK_FRAMES]:
+        image = cv2.imread(str(each))
+        began = time.perf_counter()
+        net.setInput(cv2.dnn.blobFromImage(image, 1 / 255, (width, height), swapRB=True))
+        net.forward(names)
+        times.append(time.perf_counter() - began)
+    return 1e3 * statistics.median(times)
+
+
+def measure(
+    style: str, film: Path, slots: int, box: Box | None, options: argparse.Namespace
+) -> dict[str, Any]:
+    """Measure one style before the frames of a film."""
+    nodes, stamps = STYLES[style], film.with_name('stamps.txt')
+    memory, people = [], []
+    with session() as (processes, listener):
+        parameters = f'max_people:={slots}', *options.parameters
         preset = preset_file(options.preset) if options.preset else None
         start(processes, nodes, listener, *parameters, box=box, preset=preset)
         show(processes, film, stamps, min(len(nodes), 2), options.rate)
@@ -257,6 +280,8 @@ def measure(style: str, size: tuple[int, int], options: argparse.Namespace) -> d
         while (passed := time.monotonic() - began) < options.seconds:
             processes.check_running(*nodes, 'camera')
             memory.append(sum(map(resident_mib, pids)))
+            with listener.lock:
+                people.append(int(listener.status[nodes[0]]['people']))
             time.sleep(SAMPLE_S)
         used = sum(map(processor_seconds, pids)) - used
         processes.stop('camera')
@@ -275,7 +300,10 @@ def measure(style: str, size: tuple[int, int], options: argparse.Namespace) -> d
     third = max(len(values) // 3, 1)
     first, last = (float(np.percentile(each, 95)) for each in (values[:third], values[-third:]))
     end = memory[-max(len(memory) // 3, 1) :]
+    shown_s = (published[-1] - published[0]) / 1e9 + 1 / options.rate
     return found | {
+        'people': round(statistics.mean(people), 1),
+        'per_second': round(len(latency) / shown_s, 1),
         'max': round(float(values.max()), 2),
         'lost': sum(t >= settled for t in missing),
         'cpu_percent': round(100 * used / passed, 1),
@@ -290,18 +318,36 @@ def measure(style: str, size: tuple[int, int], options: argparse.Namespace) -> d
 
 
 def latencies(options: argparse.Namespace) -> list[bool]:
-    """Measure all sizes and styles, print them, and return what of the bars holds."""
+    """Measure all films and styles, print a table, and return what of the bars holds."""
+    if options.onnx:
+        # Before minutes are spent on the nodes.
+        read_network(options.onnx)
     report: dict[str, dict[str, dict[str, Any]]] = {}
-    fine = []
-    for size in options.sizes:
-        name = f'{size[0]}x{size[1]}'
+    print(f'{"":27s}', *(f'{each:>11s}' for each in COLUMNS), flush=True)
+    for size, walkers in product(options.sizes, options.walkers):
+        name = f'{size[0]}x{size[1]}' + (f', {walkers} walkers' if walkers > 1 else '')
         report[name] = {}
-        for style in options.styles:
-            found = report[name][style] = measure(style, size, options)
-            print(f'{name} {style:6s}', *(f'{k} {v}' for k, v in found.items()))
+        with tempfile.TemporaryDirectory() as folder:
+            film, box = Path(folder) / 'frames', None
+            if options.people:
+                write_scenes(film)
+            else:
+                first = write_walkers(film, size, walkers)
+                box = first if walkers == 1 else None
+            if options.onnx:
+                took = network_ms(options.onnx, film)
+                print(f'{name:20s} network alone: {took:.1f} ms per frame', flush=True)
+            for style in options.styles:
+                found = measure(style, film, options.people or walkers, box, options)
+                report[name][style] = found
+                values = (f'{found[each]:11g}' for each in COLUMNS)
+                print(f'{name:20s} {style:6s}', *values, flush=True)
+    fine = []
+    if not options.parameters and not options.preset:
+        for name, style in product(report, options.styles):
             bars = LONG if options.people else BARS.get((name, style), {})
-            if not options.parameters and not options.preset:
-                fine += [holds(key, found[key], limit) for key, limit in bars.items()]
+            found = report[name][style]
+            fine += [holds(f'{name} {style} {key}', found[key], bars[key]) for key in bars]
     if options.json:
         options.json.write_text(json.dumps(report, indent=1) + '\n')
     return fine
@@ -391,7 +437,7 @@ def killed(nodes: tuple[str, ...], kills: int, seed: int) -> bool:
     chance = random.Random(seed)
     with tempfile.TemporaryDirectory() as folder, session() as (processes, listener):
         frames = Path(folder) / 'frames'
-        write_walker(frames, (640, 480))
+        write_walkers(frames, (640, 480))
         stage = Kills(processes, listener, nodes, frames)
         for _ in range(kills):
             for name in nodes:
@@ -412,6 +458,8 @@ def main() -> int:
     )
     add = parser.add_argument
     add('--sizes', type=size_of, nargs='+', default=[(640, 480)], metavar='WxH')
+    add('--walkers', type=int, nargs='+', default=[1], metavar='N', help='in the film')
+    add('--onnx', type=Path, metavar='FILE', help='also time a network, such as YOLO-seg')
     add('--styles', nargs='+', choices=list(STYLES), default=list(STYLES))
     add('--rate', type=float, default=30.0, metavar='HZ')
     add('--seconds', type=float, default=60.0)

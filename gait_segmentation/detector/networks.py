@@ -118,6 +118,32 @@ def open_networks(name: str) -> Networks:
     return Networks(network.people)
 
 
+def read_network(
+    path: Path,
+) -> tuple[cv2.dnn.Net, tuple[int, int], Sequence[NDArray[np.float32]]]:
+    """
+    Read an ONNX file of a user's.
+
+    :returns: the network, height and width of its input, and all that it gives for a black image.
+    :raises DetectorError: if it cannot be used, or its input is not 1 x 3 x height x width.
+    """
+    try:
+        net = cv2.dnn.readNetFromONNX(np.frombuffer(path.read_bytes(), np.uint8))
+        shape = _INPUT.search(net.dump())
+        if shape is None:
+            raise DetectorError(
+                f'{path} must have one input, 1 x 3 x height x width (OpenCV '
+                f'{cv2.__version__} has read it; before 5.0 it does not tell)'
+            )
+        height, width = (int(each) if each.isdigit() else _DYNAMIC for each in shape.groups())
+        net.setInput(np.zeros((1, 3, height, width), np.float32))
+        outputs = net.forward(net.getUnconnectedOutLayersNames())
+    except (OSError, cv2.error) as error:
+        why = error.strerror if isinstance(error, OSError) else error
+        raise DetectorError(f'{path} cannot be loaded: {one_line(why)}') from error
+    return net, (height, width), outputs
+
+
 class _File:
     """A network of a user's, of a kind that the shape of its output tells."""
 
@@ -125,21 +151,8 @@ class _File:
 
     def __init__(self, path: Path) -> None:
         self._path = path
-        try:
-            self._net = cv2.dnn.readNetFromONNX(np.frombuffer(path.read_bytes(), np.uint8))
-            shape = _INPUT.search(self._net.dump())
-            if shape is None:
-                raise DetectorError(
-                    f'{path} must have one input, 1 x 3 x height x width (OpenCV '
-                    f'{cv2.__version__} has read it; before 5.0 it does not tell)'
-                )
-            sides = [int(each) if each.isdigit() else _DYNAMIC for each in shape.groups()]
-            self._height, self._width = sides
-            output = self._forward(np.zeros((1, 3, *sides), np.float32))
-        except (OSError, cv2.error) as error:
-            why = error.strerror if isinstance(error, OSError) else error
-            raise DetectorError(f'{path} cannot be loaded: {one_line(why)}') from error
-        self.kind = self._kind(output.shape)
+        self._net, (self._height, self._width), outputs = read_network(path)
+        self.kind = self._kind(outputs[0].shape)
 
     def _forward(self, blob: NDArray[np.float32]) -> NDArray[np.float32]:
         self._net.setInput(blob)

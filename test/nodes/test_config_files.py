@@ -18,7 +18,9 @@ from gait_segmentation.nodes.localizer_node import LocalizerNode
 from gait_segmentation.nodes.pipeline_node import PipelineNode
 from test.nodes.bench import Bench
 
-CONFIG = Path(__file__).parents[2] / 'config'
+ROOT = Path(__file__).parents[2]
+CONFIG = ROOT / 'config'
+HOW_TO = (ROOT / 'docs/ros_howto.md').read_text(encoding='utf-8')
 SHOWN_KINDS = {
     'Image': Image,
     'MarkerArray': MarkerArray,
@@ -47,6 +49,7 @@ def test_all_that_rviz_and_foxglove_show_is_published(bench: Bench) -> None:
     for each in shown:
         kind = SHOWN_KINDS[each['Class'].removeprefix('rviz_default_plugins/')]
         assert made[each['Topic']['Value']] is kind
+        assert f'*{each["Name"]}*: `{each["Topic"]["Value"]}`' in HOW_TO
     layout = json.loads((CONFIG / 'foxglove_layout.json').read_text(encoding='utf-8'))
     named = {text.partition('.')[0] for text in strings(layout) if text.startswith('/')}
     assert len(named) >= 7

@@ -58,10 +58,11 @@ class Demo:
         output, _ = self.process.communicate(timeout=TIMEOUT_S)
         return output
 
-    def children(self, count: int = 3) -> list[str]:
+    def children(
+        self, count: int = 3, names: str = 'gait_segmentation.nodes|gait_tools.demo.camera'
+    ) -> list[str]:
         """Return the numbers of the processes that were started, once they are."""
         deadline = time.monotonic() + TIMEOUT_S
-        names = 'gait_segmentation.nodes|gait_tools.demo.camera'
         command = ['pgrep', '-P', str(self.process.pid), '-f', names]
         while len(found := subprocess.run(command, capture_output=True).stdout.split()) < count:
             assert time.monotonic() < deadline
@@ -110,6 +111,34 @@ def test_everything_is_written(demo: Demo, film, tmp_path: Path) -> None:
     capture = cv2.VideoCapture(str(out / 'overlay.mp4'))
     assert capture.get(cv2.CAP_PROP_FRAME_COUNT) == FRAMES
     capture.release()
+
+
+def test_the_camera_stays_until_the_nodes_have_all_frames(film, tmp_path: Path) -> None:
+    # So slow that most of the film is left when the tracker is stopped, as if others ran.
+    demo = Demo(film, tmp_path / 'out', '--rate', '4')
+    stamps = tmp_path / 'out/logs/stamps.txt'
+
+    def wait_for(frames: int) -> None:
+        while not stamps.exists() or len(stamps.read_text().splitlines()) < frames:
+            assert demo.process.poll() is None, demo.finish()
+            time.sleep(0.02)
+
+    try:
+        (tracker,) = demo.children(1, 'tracker_node')
+        (camera,) = demo.children(1, 'gait_tools.demo.camera')
+        wait_for(1)
+        os.kill(int(tracker), signal.SIGSTOP)
+        wait_for(FRAMES)
+        # It would end at once if it did not wait.
+        deadline = time.monotonic() + 2
+        while time.monotonic() < deadline:
+            assert Path(f'/proc/{camera}').exists()
+            time.sleep(0.02)
+        os.kill(int(tracker), signal.SIGCONT)
+        assert f'{FRAMES} frames played, {FRAMES} answered' in demo.finish()
+    finally:
+        demo.process.kill()
+        demo.process.wait()
 
 
 @pytest.mark.parametrize(

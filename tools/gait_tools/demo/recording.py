@@ -134,9 +134,11 @@ def play(
     **reading: object,
 ) -> Recording:
     """Play an opened film to the nodes and record what they answer."""
-    # As gait_segmentation.launch.py does; on a busy computer frames are to be late, not lost.
+    # As gait_segmentation.launch.py does; on a busy computer frames are to be late, not lost: with
+    # best effort nobody would know whether a node has the last ones before the camera ends.
     words = ['--ros-args', '--params-file', str(preset_file(preset)), '-p', 'backlog:=90']
-    words += ['-p', 'keep_images:=300', '-p', f'max_people:={people}']
+    words += ['-p', 'reliability:=reliable', '-p', 'keep_images:=300']
+    words += ['-p', f'max_people:={people}']
     words += ['-p', f'detector.network:={detector}']
     if box is not None:
         numbers = [float(each) for each in (box.x, box.y, box.width, box.height)]
