@@ -110,11 +110,6 @@ class View:
             return 0.0
         return (self.frames[-1].image.stamp_ns - self.frames[-2].image.stamp_ns) / 1e9
 
-    @property
-    def is_late(self) -> bool:
-        """Return whether masks of the frame before the newest are still to come."""
-        return len(self.frames) > 1 and self.frames[-2] is not self._learnt
-
     def take(self, stamp_ns: int) -> Frame | None:
         """Return the frame of a stamp to learn from; None if it, or a newer one, is learnt."""
         for frame in reversed(self.frames):

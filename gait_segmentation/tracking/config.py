@@ -134,12 +134,6 @@ class TrackingConfig(StageConfig):
     use_stillness: bool = parameter(
         True, 'Take for gone who neither moves nor looks as when they moved last.'
     )
-    mean_shift_gain: float = parameter(
-        0.5,
-        'Share of the mean shift on the likelihood that moves the box.',
-        minimum=0.0,
-        maximum=1.0,
-    )
     patience: float = parameter(
         3.0,
         'How long a lost person (occluded or gone) is searched for before the track ends.',

@@ -37,7 +37,6 @@ from gait_segmentation.tracking.visibility import (
     GUARD,
     LEAST_SEEN,
     Visibility,
-    mean_shift,
 )
 
 _AREA_RATE = 0.02
@@ -123,18 +122,6 @@ class FusionTrack(Track):
         return PixelClaim(
             window, logit, expected, away, pose.feet, pose.height, not seen, template
         )
-
-    def refine(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:
-        """Refine the place by mean shift, and see where the person ends."""
-        if self.seen >= WHOLE:
-            (rows, columns), gain = claim.window, self.config.mean_shift_gain
-            box = self.pose.box.shifted(-columns.start, -rows.start)
-            shift = mean_shift(values, visibility.unoccluded, box)
-            self.shift(gain * shift.dx, gain * shift.dy)
-            if self.view.is_late:
-                # The last mask is of an earlier frame: until a newer one comes, this is the size.
-                self.pose = self.pose.scaled(shift.scale)
-        self.show(values, visibility, claim)
 
     def observe(
         self, likelihood: NDArray[np.uint8], claim: PixelClaim, occluder: NDArray[np.uint8] | None

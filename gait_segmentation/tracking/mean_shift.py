@@ -6,9 +6,16 @@ The tracker of the paper: adaptive mean shift (Wang and Yagi, TIP 2008), as read
 The likelihood is made of the features that tell the person best from what is about the box.  Mean
 shift on it moves the box, and its mass in the box scales it.  Then what is likely in the box is
 learnt as the person, and what is about the box as surroundings.  No mask is fed back.
+
+Mean shift with scale (Comaniciu, Ramesh and Meer 2003; Bradski 1998) moves, with the flat kernel,
+a window to the centroid of the weights in it.  Nothing says that the person's centroid is the
+centre of the window, so it is compared with that of a reference.
 """
 
 from __future__ import annotations
+
+import math
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -25,13 +32,58 @@ from gait_segmentation.tracking.association import PixelClaim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.track import Track
-from gait_segmentation.tracking.visibility import Visibility, mean_shift
+from gait_segmentation.tracking.visibility import Visibility
+
+_ITERATIONS, _DONE_PX = 10, 0.25
+"""Most steps of mean shift, and the step that is the last."""
 
 _LEAST_MASS = 1e-3
 """Mass by which nothing can be compared."""
 
 _SETTLED = 5
 """Frames over which the likelihood's mass in the box is averaged to compare later ones with."""
+
+
+class WindowShift(NamedTuple):
+    """Where the weights went, in pixels, and the ratio of sizes: the root of the masses'."""
+
+    dx: float = 0.0
+    dy: float = 0.0
+    scale: float = 1.0
+
+
+def mean_shift(
+    weights: NDArray[np.uint8], reference: NDArray[np.uint8], window: Box
+) -> WindowShift:
+    """
+    Move a window over the weights until its centroid lies as in the reference.
+
+    :param weights: (h, w) uint8, e.g. the likelihood image.
+    :param reference: (h, w) uint8, what the person looked like before.
+    :param window: where the reference's person is, in pixels.
+    :returns: the shift; zero if weights or reference are empty in the window.
+    """
+    mass, from_x, from_y = _moments(reference, window)
+    found, dx, dy = 0.0, 0.0, 0.0
+    for _ in range(_ITERATIONS if mass else 0):
+        found, x, y = _moments(weights, window.shifted(dx, dy))
+        if not found:
+            break
+        step_x, step_y = x - from_x - dx, y - from_y - dy
+        dx, dy = dx + step_x, dy + step_y
+        if max(abs(step_x), abs(step_y)) < _DONE_PX:
+            break
+    return WindowShift(dx, dy, math.sqrt(found / mass)) if found else WindowShift()
+
+
+def _moments(weights: NDArray[np.uint8], window: Box) -> tuple[float, float, float]:
+    """Return mass and centroid of the weights in a window clipped to the image."""
+    left, top = max(round(window.x), 0), max(round(window.y), 0)
+    right, bottom = round(window.x) + round(window.width), round(window.y) + round(window.height)
+    part = weights[top : max(bottom, 0), left : max(right, 0)]
+    moments = cv2.moments(part) if part.size else dict.fromkeys(('m00', 'm10', 'm01'), 0.0)
+    mass = moments['m00']
+    return mass, left + moments['m10'] / (mass or 1), top + moments['m01'] / (mass or 1)
 
 
 def start_in(view: View, box: Box, *_: object, **__: object) -> FirstMask:

@@ -147,13 +147,13 @@ class Track(ABC):
     def claim(self) -> PixelClaim | None:
         """Judge the pixels in the window about the person, None if all of it is outside."""
 
-    @abstractmethod
     def refine(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:
         """
-        Refine place and size by the likelihood of a person who is seen.
+        Take in the likelihood of a person who is seen.
 
         :param values: (h, w) uint8 likelihood of the window of the claim.
         """
+        self.show(values, visibility, claim)
 
     @abstractmethod
     def looks_alike(self, mask: NDArray[np.uint8]) -> bool:

@@ -1,19 +1,10 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""
-What a likelihood image shows of a person: how much, where, and how far it went.
-
-The last is measured by mean shift with scale (Comaniciu, Ramesh and Meer 2003; Bradski 1998).
-With the flat kernel it moves a window to the centroid of the weights in it.  A
-walker's centroid is not the centre of the window and its mass depends on the build, so both are
-compared with those of a reference: the mask the person had last.
-"""
+"""What a likelihood image shows of a person: how much, and where."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -27,9 +18,6 @@ GUARD = 0.05
 
 LEAST_SEEN = 0.25
 """Share of a person below which nothing is known: neither learnt nor followed."""
-
-_ITERATIONS, _DONE_PX = 10, 0.25
-"""Most steps of mean shift, and the step that is the last."""
 
 OUTERMOST = 0.005
 """Share of the pixels on each side that does not count where a person is measured."""
@@ -124,45 +112,3 @@ def visible_box(
         for axis in (1, 0)
     )
     return Box(window[1].start + left, window[0].start + top, right - left, bottom - top)
-
-
-class WindowShift(NamedTuple):
-    """Where the weights went, in pixels, and the ratio of sizes: the root of the masses'."""
-
-    dx: float = 0.0
-    dy: float = 0.0
-    scale: float = 1.0
-
-
-def mean_shift(
-    weights: NDArray[np.uint8], reference: NDArray[np.uint8], window: Box
-) -> WindowShift:
-    """
-    Move a window over the weights until its centroid lies as in the reference.
-
-    :param weights: (h, w) uint8, e.g. the likelihood image.
-    :param reference: (h, w) uint8, what the person looked like before.
-    :param window: where the reference's person is, in pixels.
-    :returns: the shift; zero if weights or reference are empty in the window.
-    """
-    mass, from_x, from_y = _moments(reference, window)
-    found, dx, dy = 0.0, 0.0, 0.0
-    for _ in range(_ITERATIONS if mass else 0):
-        found, x, y = _moments(weights, window.shifted(dx, dy))
-        if not found:
-            break
-        step_x, step_y = x - from_x - dx, y - from_y - dy
-        dx, dy = dx + step_x, dy + step_y
-        if max(abs(step_x), abs(step_y)) < _DONE_PX:
-            break
-    return WindowShift(dx, dy, math.sqrt(found / mass)) if found else WindowShift()
-
-
-def _moments(weights: NDArray[np.uint8], window: Box) -> tuple[float, float, float]:
-    """Return mass and centroid of the weights in a window clipped to the image."""
-    left, top = max(round(window.x), 0), max(round(window.y), 0)
-    right, bottom = round(window.x) + round(window.width), round(window.y) + round(window.height)
-    part = weights[top : max(bottom, 0), left : max(right, 0)]
-    moments = cv2.moments(part) if part.size else dict.fromkeys(('m00', 'm10', 'm01'), 0.0)
-    mass = moments['m00']
-    return mass, left + moments['m10'] / (mass or 1), top + moments['m01'] / (mass or 1)

@@ -5,10 +5,12 @@ import dataclasses
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given, settings, strategies as st
 
 from gait_segmentation.geometry import Box, check_matched_box
 from gait_segmentation.results import Feedback
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
+from gait_segmentation.tracking.mean_shift import mean_shift
 from test.walkers import box_of, clip, small_bank
 
 CONFIG = TrackingConfig(
@@ -101,3 +103,30 @@ def test_odd_boxes_are_no_problem(box: Box) -> None:
         assert track.likelihood.dtype == np.uint8
         if track.body is not None:
             check_matched_box(track.body, (60, 60))
+
+
+WINDOW = Box(40, 30, 40, 60)
+
+
+def likely(dx: int = 0, dy: int = 0, grow: float = 1.0) -> np.ndarray:
+    image = np.zeros((140, 160), np.uint8)
+    half_w, half_h = 10 * grow, 25 * grow
+    image[
+        int(60 + dy - half_h) : int(60 + dy + half_h),
+        int(57 + dx - half_w) : int(57 + dx + half_w),
+    ] = 255
+    return image
+
+
+@settings(max_examples=40)
+@given(st.integers(-12, 12), st.integers(-12, 12))
+def test_it_finds_where_the_body_went(dx: int, dy: int) -> None:
+    shift = mean_shift(likely(dx, dy), likely(), WINDOW)
+    assert shift.dx == pytest.approx(dx, abs=1)
+    assert shift.dy == pytest.approx(dy, abs=1)
+    assert shift.scale == pytest.approx(1, abs=0.02)
+
+
+def test_mean_shift_tells_by_how_much_a_person_has_grown() -> None:
+    shift = mean_shift(likely(grow=1.2), likely(), WINDOW)
+    assert shift.scale == pytest.approx(1.2)

@@ -2,12 +2,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import distance_from
 from gait_segmentation.tracking.reidentification import find_silhouette
-from gait_segmentation.tracking.visibility import Visibility, mean_shift, visible_box
+from gait_segmentation.tracking.visibility import Visibility, visible_box
 from test.tracking.figures import Figure
 
 SHAPE = (40, 30)
@@ -50,28 +49,6 @@ def test_the_box_is_about_the_likely_pixels_near_the_mask() -> None:
     assert visible_box(likely, mask, nowhere, window, 30) is None
 
 
-WINDOW = Box(40, 30, 40, 60)
-
-
-def likely(dx: int = 0, dy: int = 0, grow: float = 1.0) -> np.ndarray:
-    image = np.zeros((140, 160), np.uint8)
-    half_w, half_h = 10 * grow, 25 * grow
-    image[
-        int(60 + dy - half_h) : int(60 + dy + half_h),
-        int(57 + dx - half_w) : int(57 + dx + half_w),
-    ] = 255
-    return image
-
-
-@settings(max_examples=40)
-@given(st.integers(-12, 12), st.integers(-12, 12))
-def test_it_finds_where_the_body_went(dx: int, dy: int) -> None:
-    shift = mean_shift(likely(dx, dy), likely(), WINDOW)
-    assert shift.dx == pytest.approx(dx, abs=1)
-    assert shift.dy == pytest.approx(dy, abs=1)
-    assert shift.scale == pytest.approx(1, abs=0.02)
-
-
 HEIGHT = 100.0
 
 
@@ -92,8 +69,3 @@ def test_a_silhouette_is_found_where_it_is_and_of_two_the_nearer(x: tuple, start
     found = find_silhouette(both, silhouette(), (start, 90), HEIGHT)
     assert found[:2] == pytest.approx(middle(Figure(x[-1])), abs=0.01)
     assert found[2] > 0.7
-
-
-def test_mean_shift_tells_by_how_much_a_person_has_grown() -> None:
-    shift = mean_shift(block(9, 8, 21, 32), block(10, 10, 20, 30), Box(2, 2, 26, 36))
-    assert shift.scale == pytest.approx(1.2)

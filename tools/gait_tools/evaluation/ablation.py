@@ -81,7 +81,6 @@ MECHANISMS = (
     Mechanism('colours of the person', 'follow the light', 'tracking.person_colour_rate=0'),
     Mechanism('other foreground', 'expects unknown people', 'tracking.foreground_density=0'),
     Mechanism('pixel association', 'divides shared pixels', 'tracking.use_association=false'),
-    Mechanism('mean shift', 'corrects the place', 'tracking.mean_shift_gain=0'),
     Mechanism('tilt', 'follows leaning bodies', 'tracking.use_tilt=false'),
     Mechanism('stillness', 'ends who has left', 'tracking.use_stillness=false', ('plain', 'left')),
     Mechanism('search for the lost', 'awaits hidden people', 'tracking.patience=0'),
