@@ -61,7 +61,7 @@ class Mechanism(NamedTuple):
     films: tuple[str, ...] = ('plain',)
 
 
-WHOLE = Mechanism('nothing', '', '', ('plain', 'ramp', 'flicker', 'night', 'low', 'left'))
+WHOLE = Mechanism('nothing', '', '', ('plain', 'ramp', 'flicker', 'night', 'grey', 'low', 'left'))
 SPOILT = WHOLE.films[1:]
 MECHANISMS = (
     WHOLE,
@@ -69,7 +69,9 @@ MECHANISMS = (
     Mechanism('flicker', 'undoes bands', 'tracking.use_flicker=false', ('plain', 'flicker')),
     Mechanism('grey fade', 'survives the night', 'tracking.use_fade=false', ('plain', 'night')),
     Mechanism('contrast', 'spreads few levels', 'tracking.use_contrast=false', ('plain', 'low')),
-    Mechanism('texture', 'replaces missing colours', 'tracking.use_texture=false'),
+    Mechanism(
+        'texture', 'replaces missing colours', 'tracking.use_texture=false', ('plain', 'grey')
+    ),
     Mechanism('ego-motion', 'follows the camera', 'tracking.use_ego_motion=false'),
     Mechanism('box margin', 'trims first boxes', 'tracking.box_margin=0'),
     Mechanism('background model', 'remembers each pixel', 'tracking.use_background=false'),
@@ -213,4 +215,4 @@ def _read(path: Path, settings: list[str]) -> Scores:
         known = json.loads(path.read_text()) if path.exists() else {}
     except (OSError, ValueError) as error:
         raise SequenceError(f'{path} cannot be read: {error}') from error
-    return dict(known['scores']) if known.get('settings') == settings else {}
+    return dict(known.get('scores', {})) if known.get('settings') == settings else {}
