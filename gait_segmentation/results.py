@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.geometry import BodyFrame, Box, Placement
+from gait_segmentation.errors import InputError
+from gait_segmentation.geometry import BodyFrame, Box, Placement, check_body
 
 EMPTY, TRACKED, LOST = 'empty', 'tracked', 'lost'
 """States of a slot."""
@@ -145,3 +146,17 @@ class Feedback:
     mask: NDArray[np.uint8]
     body: BodyFrame | None
     shape_prior: NDArray[np.uint8]
+
+    def check(self, source: tuple[int, int] | None) -> None:
+        """
+        Refuse what is not of an image of (H, W).
+
+        :raises InputError: if the mask has another size or type, or the body makes no sense.
+        """
+        mask = self.mask
+        if mask.shape != source or mask.dtype != np.uint8:
+            raise InputError(
+                f'mask must be uint8 of the source size {source}, got {mask.shape} {mask.dtype}'
+            )
+        if self.body is not None:
+            check_body(self.body, (mask.shape[1], mask.shape[0]))

@@ -7,6 +7,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from gait_segmentation.config import StageConfig, parameter
+from gait_segmentation.scene.scene import SceneOptions
 
 
 @dataclass(frozen=True)
@@ -141,3 +142,15 @@ class TrackingConfig(StageConfig):
         minimum=0.0,
         maximum=60.0,
     )
+
+    @property
+    def scene_options(self) -> SceneOptions:
+        """Return what is to be measured of the scene."""
+        return SceneOptions(
+            camera=self.use_ego_motion,
+            texture=self.use_texture,
+            light=self.use_light,
+            flicker=self.use_flicker,
+            fade=self.use_fade,
+            contrast=self.use_contrast,
+        )

@@ -15,15 +15,15 @@ from gait_segmentation.colour import NO_CHROMA, NO_GRADIENT
 from gait_segmentation.detector.lookout import Lookout, Sighting
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
-from gait_segmentation.geometry import Box, check_body, check_start_box
+from gait_segmentation.geometry import Box, check_start_box
 from gait_segmentation.heat_maps import HeatMap, HeatMaps
 from gait_segmentation.images import check_image, shrink
 from gait_segmentation.results import LOST, Feedback, TrackResult
-from gait_segmentation.scene.scene import Scene, SceneOptions, View, Whereabouts
+from gait_segmentation.scene.scene import Scene, View, Whereabouts
 from gait_segmentation.scene.working import working_shape
 from gait_segmentation.stamps import check_later, check_stamp
 from gait_segmentation.starting import StartingConfig
-from gait_segmentation.starting.starter import Known, Starter
+from gait_segmentation.starting.starter import Starter
 from gait_segmentation.tracking import group
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.life_cycle import GAP_S
@@ -68,17 +68,7 @@ class PeopleTracker:
         self._make_starter = partial(Starter, bank, slots=max_people, lookout=self.lookout)
         self._starter = self._make_starter(starting or StartingConfig())
         self._slots = Slots(bank, tracking or TrackingConfig(), max_people)
-        self._boxes: list[Box] = []
-        self._given = False
-        self._heat_maps = HeatMaps()
-        self._forget()
-
-    def _forget(self) -> None:
-        self._slots.clear()
-        self._scene: Scene | None = None
-        self._heat_maps.forget()
-        self._stamp_ns = 0
-        self._starter.forget()
+        self.reset()
 
     @property
     def config(self) -> TrackingConfig:
@@ -106,11 +96,15 @@ class PeopleTracker:
 
         :param waiting: whether to forget the boxes and maps that wait for the next frame, too.
         """
-        self._forget()
+        self._slots.clear()
+        self._starter.forget()
+        self._scene: Scene | None = None
+        self._stamp_ns = 0
         if waiting:
-            self._boxes = []
+            self._boxes: list[Box] = []
             self._given = False
             self._heat_maps = HeatMaps()
+        self._heat_maps.forget()
 
     def initialize(self, box: Box) -> None:
         """
@@ -168,7 +162,8 @@ class PeopleTracker:
             self._slots.witness(sighting)
         # Before the boxes: what the camera saw until now tells what in them is the person.
         at_first = bool(boxes) and not scene.views
-        known = self._known(stamp_ns if sighting is None else sighting.stamp_ns)
+        seen_ns = stamp_ns if sighting is None else sighting.stamp_ns
+        known = self._slots.known(seen_ns, given=self._given)
         found = self._starter.propose(scene, heat, sighting, known, at_first=at_first)
         self._slots.begin_given(scene, boxes, self._starter.background)
         self._slots.begin_found(scene, found, self._starter.background, given=self._given)
@@ -177,17 +172,15 @@ class PeopleTracker:
     def _scene_of(self, source: tuple[int, int]) -> Scene:
         """Return the scene of images of a size, a new one if no view has followed the place."""
         if self._scene is not None and source != self._scene.source:
-            self._forget()
+            self.reset(waiting=False)
         if self._scene is None or not self._scene.views:
             self._scene = Scene(source)
         return self._scene
 
-    def _known(self, stamp_ns: int) -> Known:
-        return self._slots.known(stamp_ns, given=self._given)
-
     def _look(self, image: NDArray[np.uint8], stamp_ns: int) -> Sighting | None:
         """Let the detector look, take in its heat map, and return what it saw of late."""
-        sighting = self._starter.look(image, stamp_ns, self._known(stamp_ns))
+        known = self._slots.known(stamp_ns, given=self._given)
+        sighting = self._starter.look(image, stamp_ns, known)
         if sighting is None:
             return None
         if sighting.heat_map is not None:
@@ -224,13 +217,7 @@ class PeopleTracker:
         by_track = {each.track_id: each for each in feedback if each.track_id in known}
         source = None if self._scene is None else self._scene.source
         for each in by_track.values():
-            if each.mask.shape != source or each.mask.dtype != np.uint8:
-                raise InputError(
-                    f'mask must be uint8 of the source size {source}, got '
-                    f'{each.mask.shape} {each.mask.dtype}'
-                )
-            if each.body is not None:
-                check_body(each.body, (each.mask.shape[1], each.mask.shape[0]))
+            each.check(source)
             probation = known[each.track_id].probation
             if probation is not None:
                 small = shrink(each.mask, each.shape_prior.shape)
@@ -267,15 +254,7 @@ class PeopleTracker:
             silhouettes |= group.visible_silhouettes(tracks)
             areas = tuple(track.pose.area for track in tracks)
             people[view] = Whereabouts(areas, any(track.state == LOST for track in tracks))
-        config = self.config
-        options = SceneOptions(
-            config.use_ego_motion,
-            config.use_texture,
-            config.use_light,
-            config.use_flicker,
-            config.use_fade,
-            config.use_contrast,
-        )
+        options = self.config.scene_options
         scene.advance(image, self._stamp_ns, people, heat=heat, options=options)
         for track in self._slots.followed():
             if scene.fades:
