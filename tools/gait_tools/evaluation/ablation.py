@@ -184,28 +184,29 @@ def _row(
     """Return a line of the table."""
     about = {each.name: {'place': each.name, **each.about} for each in sequences}
     cells = [mechanism.name, mechanism.does, film]
-    verdicts: dict[str, list[str]] = {'worse': [], 'better': []}
-    for score in SCORES:
-        for group, wanted in GROUPS.items():
-            by_place: dict[str, list[tuple[float, float]]] = {}
-            for name in scores:
-                of = about[name.rpartition('@')[0]]
-                if wanted.items() <= of.items():
-                    pair = scores[name][score], scores[name][score] - whole[name][score]
-                    by_place.setdefault(str(of['place']), []).append(pair)
-            if not by_place:
-                continue
-            means = np.array([np.mean(each, axis=0) for each in by_place.values()])
-            changes = means[:, 1]
-            draws = np.random.default_rng(0).choice(changes, (10000, len(changes))).mean(axis=1)
-            low, high = np.percentile(draws, (2.5, 97.5))
-            if group == 'all':
-                change = f'{changes.mean():+.4f} ({low:+.4f} to {high:+.4f})'
-                change = change if changes.any() else '0'
-                cells.append(f'{means[:, 0].mean():.3f}' if mechanism is WHOLE else change)
-            if low > 0 or high < 0:
-                verdicts['worse' if high < 0 else 'better'].append(f'{score} {group}')
-    return f'| {" | ".join([*cells, *map(", ".join, verdicts.values())])} |\n'
+    worse: dict[str, list[str]] = {}
+    better: dict[str, list[str]] = {}
+    for score, (group, wanted) in itertools.product(SCORES, GROUPS.items()):
+        by_place: dict[str, list[tuple[float, float]]] = {}
+        for name, found in scores.items():
+            of = about[name.rpartition('@')[0]]
+            if wanted.items() <= of.items():
+                pair = found[score], found[score] - whole[name][score]
+                by_place.setdefault(str(of['place']), []).append(pair)
+        if not by_place:
+            continue
+        means = np.array([np.mean(each, axis=0) for each in by_place.values()])
+        changes = means[:, 1]
+        draws = np.random.default_rng(0).choice(changes, (10000, len(changes))).mean(axis=1)
+        low, high = np.percentile(draws, (2.5, 97.5))
+        if group == 'all':
+            change = f'{changes.mean():+.4f} ({low:+.4f}..{high:+.4f})' if changes.any() else '0'
+            cells.append(f'{means[:, 0].mean():.3f}' if mechanism is WHOLE else change)
+        if low > 0 or high < 0:
+            (worse if high < 0 else better).setdefault(score, []).append(group)
+    for verdict in (worse, better):
+        cells.append('; '.join(f'{score}: {", ".join(in_)}' for score, in_ in verdict.items()))
+    return f'| {" | ".join(cells)} |\n'
 
 
 def _read(path: Path, settings: list[str]) -> Scores:
