@@ -200,10 +200,14 @@ def _row(
         draws = np.random.default_rng(0).choice(changes, (10000, len(changes))).mean(axis=1)
         low, high = np.percentile(draws, (2.5, 97.5))
         if group == 'all':
-            change = f'{changes.mean():+.4f} ({low:+.4f}..{high:+.4f})' if changes.any() else '0'
+            change = f'{changes.mean():+.4f}' if changes.any() else '0'
+            if score == 'J' and changes.any():
+                change += f' ({low:+.4f}..{high:+.4f})'
             cells.append(f'{means[:, 0].mean():.3f}' if mechanism is WHOLE else change)
-        if low > 0 or high < 0:
-            (worse if high < 0 else better).setdefault(score, []).append(group)
+        verdict = worse if high < 0 else better
+        # Of what is so for all films the groups need not be told.
+        if (low > 0 or high < 0) and verdict.get(score) != ['all']:
+            verdict.setdefault(score, []).append(group)
     for verdict in (worse, better):
         cells.append('; '.join(f'{score}: {", ".join(in_)}' for score, in_ in verdict.items()))
     return f'| {" | ".join(cells)} |\n'
