@@ -128,11 +128,13 @@ class FusionTrack(Track):
     ) -> None:
         """See how well the person stands out, and whether they move; see the base class."""
         super().observe(likelihood, claim, occluder)
-        if self.seen >= LEAST_SEEN and self.config.use_stillness:
+        if self.seen >= LEAST_SEEN:
             self._see_motion(likelihood[claim.window], claim)
 
     def _see_motion(self, values: NDArray[np.uint8], claim: PixelClaim) -> None:
         """Take in whether what is likely, (h, w) uint8 of the claim's window, moves."""
+        if not self.config.use_stillness:
+            return
         stamp_ns = self.view.now.image.stamp_ns
         if self.stillness.is_asked(stamp_ns, self.motion.moving):
             there = np.where(values > 127, claim.mask, np.uint8(0))
@@ -151,8 +153,7 @@ class FusionTrack(Track):
         expected = placed(claim.mask, claim.window, self.view.shape)
         self.mask = self.visible = Silhouette(expected, self.displacement)
         super().find(values, visibility, claim)
-        if self.config.use_stillness:
-            self._see_motion(values, claim)
+        self._see_motion(values, claim)
 
     def looks_alike(self, mask: NDArray[np.uint8]) -> bool:
         """Return whether the colours in a mask are those of the person."""

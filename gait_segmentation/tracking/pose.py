@@ -178,11 +178,6 @@ class Pose:
             mask_height=height,
         )
 
-    def scaled(self, scale: float) -> Pose:
-        """Return it at the size that mean shift measured, over that in the last mask."""
-        most = min(max(scale, 1 / _MOST_GROWTH), _MOST_GROWTH)
-        return self.grown(self.mask_height * most / self.height)
-
     def grown(self, ratio: float) -> Pose:
         """Return it as it follows a change of size: height now over height so far."""
         change = max(1 + _POSE_RATE * (ratio - 1), 1 / self.height)

@@ -38,17 +38,6 @@ def test_place_and_size_follow_the_masks_in_the_frame_of_the_body(degrees: int) 
     assert state.box.width == pytest.approx(36, abs=3)
 
 
-def test_without_masks_the_size_follows_mean_shift_up_to_a_limit() -> None:
-    state = standing(height=100)
-    for _ in range(60):
-        state = state.scaled(1.1)
-    assert state.height == pytest.approx(110, abs=0.5)
-    assert state.box.width == pytest.approx(44, abs=0.5)
-    for _ in range(60):
-        state = state.scaled(3.0)
-    assert state.height == pytest.approx(115, abs=0.5)
-
-
 def test_a_body_that_leaves_below_keeps_its_height_and_hangs_from_the_head() -> None:
     state = standing(y=180, height=100)
     for top in (140, 150, *[160] * 20):
