@@ -131,7 +131,8 @@ class Starter:
         """
         anybody = bool(known.seen or known.lost)
         asked = self.config.auto_init == 'detector' and (anybody or not known.given)
-        urgent = not anybody or known.lost or known.silent or self._sightings.waiting
+        waiting = self._sightings.waiting and known.seen < self._slots and not known.given
+        urgent = not anybody or known.lost or known.silent or waiting
         return self._lookout.look(image, stamp_ns, boxes=asked, urgent=bool(urgent))
 
     def propose(
@@ -145,6 +146,8 @@ class Starter:
     ) -> list[Proposal]:
         """
         Return whom the newest frame of a scene shows, in the order in which they get slots.
+
+        The detector also shows those for whom there is none.
 
         :param heat: the newest heat map.
         :param at_first: whether boxes were given before there was anything to remember.
@@ -175,7 +178,7 @@ class Starter:
                 for box in shown
                 if not (self._is_thing(box) or _is_part(box, people, scene.source))
             ]
-        asked = self.config.auto_init == 'detector' and free
+        asked = self.config.auto_init == 'detector'
         if asked and sighting is not None and sighting.people is not None:
             boxes = [*(each.box for each in found), *known.visible]
             others = [each for each in sighting.people if not self._is_thing(each.box)]

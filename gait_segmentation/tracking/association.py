@@ -36,6 +36,9 @@ _REFUSED = np.float32(-0.5)
 _NEARER = 1.5
 """Advantage, as a log ratio, of a person who stands nearer."""
 
+_HIDDEN = -3.0
+"""That of who is hidden: what they look like is known less well."""
+
 
 @dataclass(frozen=True)
 class PixelClaim:
@@ -82,7 +85,9 @@ def associate(claims: Sequence[PixelClaim]) -> list[NDArray[np.float32]]:
     rivals = {k: np.zeros_like(strong[k]) for k in near}
     for one, two, shared in pairs:
         claim, other = claims[one], claims[two]
-        depth = _NEARER if claim.feet > other.feet and not claim.hidden else -_NEARER
+        depth = _NEARER if claim.feet > other.feet else -_NEARER
+        if claim.hidden:
+            depth = _HIDDEN
         part = strong[one][within(shared, claim.window)]
         rivals[two][within(shared, other.window)] += np.float32(math.exp(depth)) * part
     logits = [

@@ -3,9 +3,9 @@
 """
 Bystanders: people near those in a slot, followed so that each takes their own pixels along.
 
-A heat map shows a person, never which one.  Whoever it shows apart from everybody known, and near
-somebody in a slot, has a track as well, which is not published.  No silhouette is cut for them:
-they are learnt from their likelihood, and not while they meet somebody in a slot.
+A heat map or a detector shows a person, never which one.  Whoever it shows apart from everybody
+known, and near somebody in a slot, has a track as well, which is not published.  No silhouette is
+cut for them: they are learnt from their likelihood, and not while they meet somebody in a slot.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ from gait_segmentation.tracking.association import PixelClaim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.fusion import FusionTrack
 from gait_segmentation.tracking.life_cycle import next_state
-from gait_segmentation.tracking.track import SAME_PERSON, Track
+from gait_segmentation.tracking.track import SAME_PERSON, Silhouette, Track
 from gait_segmentation.tracking.visibility import GUARD
 
 MOST = 4
 """Most bystanders at a time, the tallest first."""
 
-_NEAR, _AWAY = 1.0, 1.5
+_NEAR, _AWAY = 0.4, 0.8
 """
 How far beside somebody in a slot a bystander begins, and from where on they need not be followed,
 in body heights.
 """
 
-_SHORTEST, _TALLEST = 0.4, 2.0
+_SHORTEST, _TALLEST = 0.5, 2.0
 """Height of a bystander over that of who is near."""
 
 _COMMON = 0.1
@@ -61,7 +61,14 @@ class Bystander(FusionTrack):
 
     in_slot = False
     unshown = 0
-    """Frames in a row in which the map did not show them."""
+    """Frames in a row in which the map that vouches for them did not show them."""
+
+    def __init__(
+        self, track_id: int, view: View, start: FirstMask, config: TrackingConfig, *, by_map: bool
+    ) -> None:
+        """Begin with the first mask; either a map or a detector vouches for them."""
+        super().__init__(track_id, view, start, config)
+        self._by_map = by_map
 
     def claim(self) -> PixelClaim | None:
         """Judge pixels, which those in a slot are taken to hide: their masks are better."""
@@ -75,7 +82,8 @@ class Bystander(FusionTrack):
         :param likelihood: (h, w) uint8 of the view.
         :param slots: everybody in a slot; while one of them is met nothing is kept.
         """
-        self.unshown = 0 if self.shown >= _SHOWN_SHARE else self.unshown + 1
+        if self._by_map:
+            self.unshown = 0 if self.shown >= _SHOWN_SHARE else self.unshown + 1
         if self.state != TRACKED or self.is_outside:
             return
         window, expected = self.window, self.expected_mask()
@@ -89,6 +97,25 @@ class Bystander(FusionTrack):
         near = distance_from(expected > 127) < GUARD * self.pose.height
         mask = np.where(near & (likelihood[window] > 127), np.uint8(255), np.uint8(0))
         self.states[-1].notes[Bystander.__name__] = window, mask
+
+    def trim(self, people: Sequence[Box], stamp_ns: int) -> None:
+        """
+        Let go of what is not in the box that a detector saw them in, if it did.
+
+        :param people: boxes in source pixels in the frame of a stamp.
+        """
+        body, _ = self.boxes_at(stamp_ns)
+        box = max(people, key=body.iou, default=None)
+        if box is None or box.iou(body) < SAME_PERSON:
+            return
+        here = box.shifted(self.body.x - body.x, self.body.y - body.y).scaled(self.view.scale)
+        margin = GUARD * self.pose.height
+        rows, columns = here.padded(margin, margin).slices(*self.view.shape[::-1])
+        kept = np.zeros(self.view.shape, np.uint8)
+        window = self.window
+        expected = placed(self.expected_mask(), window, self.view.shape)
+        kept[rows, columns] = expected[rows, columns]
+        self.mask = self.visible = Silhouette(kept, self.displacement)
 
     def feedback(self, stamp_ns: int) -> Feedback | None:
         """Return what was kept of a frame, in working pixels, None if nothing was."""
@@ -121,11 +148,19 @@ class Bystanders:
 
     def drop(self, view: View, box: Box) -> None:
         """Let go of who is in a box of a view, in working pixels: they have a slot now."""
-        self.tracks = [
-            each
-            for each in self.tracks
-            if each.view is not view or each.pose.box.iou(box) < SAME_PERSON
-        ]
+        there = self._at(view, box)
+        self.tracks = [each for each in self.tracks if each not in there]
+
+    def _at(self, view: View, box: Box) -> list[Bystander]:
+        """Return who is in a box of a view, in working pixels."""
+        here = (each for each in self.tracks if each.view is view)
+        return [each for each in here if each.pose.box.iou(box) >= SAME_PERSON]
+
+    def begin(self, view: View, start: FirstMask, config: TrackingConfig, *, by_map: bool) -> None:
+        """Begin with somebody new, unless there are too many."""
+        if len(self.tracks) < MOST and not self._at(view, start.box):
+            number = next(self._ids)
+            self.tracks.append(Bystander(number, view, start, config, by_map=by_map))
 
     def feedback(self, stamp_ns: int) -> dict[int, Feedback]:
         """Return what is learnt of a frame, by track id."""
@@ -151,13 +186,13 @@ class Bystanders:
             if each.track_id in likelihoods:
                 each.keep(likelihoods[each.track_id], slots)
         self.tracks = [each for each in self.tracks if each.is_needed(slots)]
-        if any(track.state == LOST for track in slots):
+        if not config.use_bystanders or any(track.state == LOST for track in slots):
             # The map may show them: whoever is found first would not be looked at again.
             return
         for view in views:
             known = [track for track in (*slots, *self.tracks) if track.view is view]
-            for start in newcomers(view, known)[: MOST - len(self.tracks)]:
-                self.tracks.append(Bystander(next(self._ids), view, start, config))
+            for start in newcomers(view, known):
+                self.begin(view, start, config, by_map=True)
 
 
 def newcomers(view: View, known: Sequence[Track]) -> list[FirstMask]:
@@ -188,14 +223,14 @@ def newcomers(view: View, known: Sequence[Track]) -> list[FirstMask]:
 
 def _is_beside(box: Box, known: Sequence[Track]) -> bool:
     """Return whether a box is near somebody in a slot, and the map shows all of those."""
-    near = [
-        track
-        for track in known
-        if track.in_slot
-        and _SHORTEST < box.height / track.pose.height < _TALLEST
-        and _is_within(box, track, _NEAR)
-    ]
+    near = [track for track in known if track.in_slot and is_near(box, track)]
     return bool(near) and all(track.shown >= _SHOWN_SHARE for track in near)
+
+
+def is_near(box: Box, track: Track) -> bool:
+    """Return whether a box, in pixels of the track's view, may be of a person beside them."""
+    alike = _SHORTEST < box.height / track.pose.height < _TALLEST
+    return alike and _is_within(box, track, _NEAR)
 
 
 def _is_within(box: Box, track: Track, heights: float) -> bool:

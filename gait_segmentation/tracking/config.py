@@ -85,6 +85,10 @@ class TrackingConfig(StageConfig):
         maximum=0.1,
     )
     use_association: bool = parameter(True, 'Associate each pixel with one person.', fixed=True)
+    use_bystanders: bool = parameter(
+        True,
+        'Follow those beside who are tracked, too, so that each takes their own pixels along.',
+    )
     use_light: bool = parameter(True, 'Undo what light does to the levels.', fixed=True)
     use_flicker: bool = parameter(True, 'Undo the bands of lamps that flicker, too.', fixed=True)
     use_fade: bool = parameter(True, 'Keep what is known when the colours go.', fixed=True)

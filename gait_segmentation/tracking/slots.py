@@ -26,7 +26,7 @@ from gait_segmentation.starting.starter import (
     Proposal,
     Starter,
 )
-from gait_segmentation.tracking.bystanders import Bystanders
+from gait_segmentation.tracking.bystanders import Bystanders, is_near
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.fusion import FusionTrack
 from gait_segmentation.tracking.initialization import estimate_first, slot_for_found
@@ -96,7 +96,9 @@ class Slots:
         :param seen_ns: stamp of the frame of which it is told what can be seen.
         :param given: whether whoever gives boxes is to give all.
         """
-        tracks = self.tracks()
+        tracks, lost = self.tracks(), [each for each in self.tracks() if each.state == LOST]
+        # Whoever is lost may be where a bystander is taken to be.
+        visible = tracks if lost else self.followed()
         tracked = [track for track in tracks if track.state == TRACKED]
         bodies: dict[bool, list[Box]] = {False: [], True: []}
         for track in tracked:
@@ -107,8 +109,13 @@ class Slots:
         return Known(
             tuple(bodies[False]),
             tuple(bodies[True]),
-            tuple(box for track in tracked for box in track.boxes_at(seen_ns)),
-            tuple(track.body for track in tracks if track.state == LOST),
+            tuple(
+                box
+                for track in visible
+                if track.state == TRACKED
+                for box in track.boxes_at(seen_ns)
+            ),
+            tuple(track.body for track in lost),
             any(track.attendance.silent for track in tracks),
             given,
         )
@@ -116,9 +123,11 @@ class Slots:
     def witness(self, sighting: Sighting) -> None:
         """Take in whom a detector saw, if it was asked for people."""
         if sighting.people is not None:
-            for track in self.tracks():
+            for track in self.followed():
                 there, lost = track.boxes_at(sighting.stamp_ns), track.state == LOST
                 track.attendance.add(sighting.people, there, lost=lost)
+            for other in self.bystanders.tracks:
+                other.trim([person.box for person in sighting.people], sighting.stamp_ns)
 
     def begin_given(self, scene: Scene, boxes: Sequence[Box], past: WholeView | None) -> None:
         """
@@ -144,16 +153,19 @@ class Slots:
         self, scene: Scene, found: Sequence[Proposal], past: WholeView | None, *, given: bool
     ) -> None:
         """
-        Begin with people who were found, as far as there are slots.
+        Begin with people who were found, as far as there are slots, then with bystanders.
 
         :param past: the place as it was before, if it is known.
         :param given: whether whoever gives boxes is to give all; then only the lost begin again.
         """
-        for box, source in found:
-            view = self._view_for(scene, box)
-            tight = self._inner(box) if source == BY_DETECTOR else box
-            tight = tight.scaled(view.scale)
-            start = self._estimate(view, tight, past, by_map=source == BY_MAP)
+        for each in found:
+            lost = any(track.state == LOST for track in self.tracks())
+            if not (lost or (None in self._slots and not given)):
+                self._begin_beside(each, past)
+                continue
+            view = self._view_for(scene, each.box)
+            tight = self._tight(each).scaled(view.scale)
+            start = self._estimate(view, tight, past, by_map=each.source == BY_MAP)
             place = slot_for_found(self._slots, view, start)
             if place is not None and not (given and place[1] is None):
                 slot, track_id = place
@@ -161,11 +173,23 @@ class Slots:
                 track = self._slots[slot] = self._new_track(view, start, track_id)
                 if before is not None and track_id is not None:
                     track.succeed(before)
-                if source != BY_WALK:
+                if each.source != BY_WALK:
                     track.expect_motion()
                 elif track_id is None:
                     track.try_out(scene.stamp_ns)
             self._drop_unused(scene)
+
+    def _begin_beside(self, found: Proposal, past: WholeView | None) -> None:
+        """Begin with a bystander, if somebody in a slot is near."""
+        if not self.config.use_bystanders:
+            return
+        by_map = found.source == BY_MAP
+        for track in self.tracks():
+            box = self._tight(found).scaled(track.view.scale)
+            if is_near(box, track):
+                start = self._estimate(track.view, box, past, by_map=by_map)
+                self.bystanders.begin(track.view, start, self.config, by_map=by_map)
+                return
 
     def go_over(self, scene: Scene, stamp_ns: int, starter: Starter, gap_s: float = 0.0) -> None:
         """
@@ -236,6 +260,10 @@ class Slots:
         """Return a box without the margin that those have which others draw."""
         margin = self.config.box_margin
         return box.padded(-margin * box.width, -margin * box.height)
+
+    def _tight(self, found: Proposal) -> Box:
+        """Return the box of somebody found; a detector leaves a margin."""
+        return self._inner(found.box) if found.source == BY_DETECTOR else found.box
 
     def _estimate(
         self, view: View, box: Box, past: WholeView | None, *, by_map: bool = False

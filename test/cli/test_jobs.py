@@ -72,7 +72,8 @@ def when_begun(tmp_path: Path, act: Callable[[], object]) -> None:
         wait_until(lambda: list(tmp_path.glob('out/*.partial')))
         act()
 
-    threading.Thread(target=wait).start()
+    # Or it outlives a test that fails.
+    threading.Thread(target=wait, daemon=True).start()
 
 
 def test_outputs_and_codes_are_the_same_wherever_inputs_are_replayed(

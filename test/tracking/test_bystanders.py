@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+from gait_segmentation.detector.lookout import Lookout
+from gait_segmentation.detector.networks import DetectorConfig, Networks
+from gait_segmentation.detector.person_detector import Detection
 from gait_segmentation.tracking import bystanders
 from test.tracking.figures import BLUE, GREEN, RED, Figure, Told, picture
 
@@ -37,18 +40,18 @@ def test_they_are_followed_while_they_are_near_and_the_map_shows_them() -> None:
     group = told.tracker._slots.bystanders
     taken(told)
     assert group.tracks == []
-    taken(told, Figure(210, BLUE))
+    taken(told, Figure(185, BLUE))
     [first] = group.tracks
     for x in range(210, 480, 6):
         taken(told, Figure(x, BLUE))
         assert len(group.tracks) <= 1
     assert group.tracks == [], 'gone'
     for _ in range(3):
-        taken(told, Figure(210, BLUE))
+        taken(told, Figure(185, BLUE))
     [second] = group.tracks
     assert second is not first
     for _ in range(6):
-        image, (_, own) = picture([Figure(210, BLUE), STAYS])
+        image, (_, own) = picture([Figure(185, BLUE), STAYS])
         told.tracker.add_heat_map(own, told.stamp_ns)
         told.see(image, [own])
     assert group.tracks == [], 'not shown'
@@ -69,7 +72,7 @@ def test_there_are_none_without_a_map_and_at_most_so_many(monkeypatch) -> None:
 def test_a_bystander_who_gets_a_slot_is_no_bystander_any_more() -> None:
     told = Told(slots=2)
     told.start(STAYS)
-    other = Figure(210, BLUE)
+    other = Figure(185, BLUE)
     for number in range(3):
         image, (theirs, own) = picture([other, STAYS])
         told.tracker.add_heat_map(np.maximum(theirs, own), told.stamp_ns)
@@ -83,7 +86,67 @@ def test_a_bystander_who_gets_a_slot_is_no_bystander_any_more() -> None:
 def test_a_map_of_something_else_shows_nobody_beside() -> None:
     told = started()
     for _ in range(3):
-        image, (theirs, own) = picture([Figure(210, BLUE), STAYS])
+        image, (theirs, own) = picture([Figure(185, BLUE), STAYS])
         told.tracker.add_heat_map(np.roll(theirs | own, (9, 14), (0, 1)), told.stamp_ns)
         told.see(image, [own])
     assert told.tracker._slots.bystanders.tracks == []
+
+
+class Watched:
+    """Somebody who stays, and a detector that looks at every frame and sees all boxes."""
+
+    def __init__(self, **tracking) -> None:
+        config = DetectorConfig(calm_period=0.02, urgent_period=0.02)
+        networks = Networks(lambda image: [Detection(box, 0.9) for box in self.boxes])
+        lookout = Lookout(config, networks)
+        self.told = Told(1, 'detector', lookout=lookout, **tracking)
+        self.told.start(STAYS)
+
+    @property
+    def tracks(self) -> list[bystanders.Bystander]:
+        return self.told.tracker._slots.bystanders.tracks
+
+    def taken(self, *others: Figure, seen: bool = True) -> float:
+        """Show others behind who stays; return the share that is taken of them."""
+        self.boxes = [figure.box for figure in (*others, STAYS) if seen]
+        return taken(self.told, *others, shown=False)
+
+
+@pytest.mark.parametrize('coat', [RED, BLUE, GREEN], ids=['the same', 'blue', 'green'])
+def test_who_is_seen_by_the_detector_takes_their_own_pixels_along_whatever_they_wear(coat) -> None:
+    path = [Figure(x, coat, y=86) for x in range(230, 20, -5)]
+    shares = {}
+    for follows in (True, False):
+        watched = Watched(use_bystanders=follows)
+        shares[follows] = np.mean([watched.taken(each) for each in path])
+    assert shares[True] < 0.1
+    assert coat != RED or shares[False] > 2 * shares[True]
+
+
+def test_whom_the_detector_sees_is_followed_once_while_it_does_and_they_are_near() -> None:
+    watched = Watched()
+    watched.taken()
+    assert watched.tracks == [], 'of who has a slot'
+    for _ in range(3):
+        watched.taken(Figure(185, BLUE))
+        assert len(watched.tracks) == 1
+    for _ in range(60):
+        watched.taken(Figure(185, BLUE), seen=False)
+    assert watched.tracks == []
+    for _ in range(3):
+        watched.taken(Figure(300, BLUE, y=140, height=25))
+    assert watched.tracks == [], 'far behind'
+
+
+def test_what_a_bystander_holds_beyond_the_box_that_is_seen_is_let_go() -> None:
+    watched = Watched()
+    for _ in range(2):
+        watched.taken(Figure(185, BLUE))
+    [other] = watched.tracks
+    wide = np.zeros_like(other.mask.image)
+    wide[60:160, 150:260] = 255
+    other.mask = other.mask._replace(image=wide)
+    watched.taken(Figure(185, BLUE))
+    columns = np.nonzero(other.mask.image.any(axis=0))[0]
+    assert columns[0] > 160
+    assert columns[-1] < 210

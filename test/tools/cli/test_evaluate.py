@@ -94,11 +94,18 @@ def test_a_table_of_what_mechanisms_are_worth_is_written(pipeline, folder, tmp_p
 
 
 def test_boxes_are_given_or_not_and_what_is_set_stays(made, folder):
-    for options in ([], ['--init', 'auto'], ['--init', 'auto', '--set', 'people.max_people=2']):
+    alone = ['--set', 'starting.auto_init=none']
+    two = ['--init', 'auto', '--set', 'people.max_people=2']
+    for options in ([], alone, ['--init', 'auto'], two):
         assert main([str(folder), *options]) == 0
-    assert [each.box is None for each in made] == [False, True, True]
-    assert [each.config.starting.auto_init for each in made] == ['none', 'detector', 'detector']
-    assert [each.config.people.max_people for each in made] == [1, 1, 2]
+    assert [each.box is None for each in made] == [False, False, True, True]
+    assert [each.config.starting.auto_init == 'none' for each in made] == [
+        False,
+        True,
+        False,
+        False,
+    ]
+    assert [each.config.people.max_people for each in made] == [1, 1, 1, 2]
 
 
 def test_a_preset_is_overridden_by_other_options(made, folder, tmp_path, monkeypatch, capsys):

@@ -77,10 +77,8 @@ def test_warm_starts_have_one_slot_and_a_box(folders, made):
     label_another(folders[0])
     session(folders[:1], warm=True, auto=True).evaluate(PipelineConfig())
     assert made[0].box is None
-    assert made[0].config.starting.auto_init == 'detector'
     assert made[1].box is not None
     assert made[1].config.people.max_people == 1
-    assert made[1].config.starting.auto_init == 'none'
 
 
 @pytest.mark.parametrize(('people', 'slots'), [(1, 3), (4, 4)])

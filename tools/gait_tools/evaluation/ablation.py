@@ -84,6 +84,7 @@ MECHANISMS = (
     Mechanism('other foreground', 'expects unknown people', 'tracking.foreground_density=0'),
     Mechanism('pixel association', 'divides shared pixels', 'tracking.use_association=false'),
     Mechanism('tilt', 'follows leaning bodies', 'tracking.use_tilt=false'),
+    Mechanism('bystanders', 'follows who is near', 'tracking.use_bystanders=false'),
     Mechanism('stillness', 'ends who has left', 'tracking.use_stillness=false', ('plain', 'left')),
     Mechanism('search for the lost', 'awaits hidden people', 'tracking.patience=0'),
     Mechanism('likelihood blur', 'forgives small shifts', 'matching.blur=1'),

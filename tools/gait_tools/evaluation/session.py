@@ -167,8 +167,6 @@ class Session:
 
     def _suited(self, config: Any, slots: int, *, auto: bool) -> Any:
         """Return a configuration with a number of slots (0 as it is) that starts by itself."""
-        if 'starting.auto_init' not in self.fixed:
-            config = replaced(config, 'starting', 'auto_init', 'detector' if auto else 'none')
         if slots > 0 and 'people.max_people' not in self.fixed:
             config = replaced(config, 'people', 'max_people', slots)
         return config
