@@ -12,6 +12,7 @@ from gait_segmentation.gait_model.bank import (
     BANK_VERSION,
     TemplateBank,
     default_bank,
+    fine_grid,
     quantize,
 )
 
@@ -192,3 +193,9 @@ def test_quantize(levels):
     assert once[255] == 255
     assert (np.diff(once.astype(int)) >= 0).all()
     assert np.abs(once.astype(int) - values).max() <= 255 / (levels - 1) / 2 + 1
+
+
+def test_finer_views_have_the_proportions_of_the_templates() -> None:
+    rows, columns = fine_grid((32, 20))
+    assert columns / rows == pytest.approx(20 / 32)
+    assert rows > 32

@@ -132,6 +132,25 @@ def test_a_film_of_uneven_frames_has_its_own_times(film: Path) -> None:
     assert steps * 12e-9 == pytest.approx([2, 2, 1 / 3, 1 / 3], rel=0.02)
 
 
+def test_stamps_go_on_though_the_clock_of_a_film_jumps(film: Path, monkeypatch) -> None:
+    source, opened = open_input(film), cv2.VideoCapture
+
+    class Jumping:
+        def __init__(self, name: str) -> None:
+            self._film, self._clock = opened(name), iter([0.0, 500.0, 0.0, 0.0, 0.0])
+
+        def __getattr__(self, name: str) -> object:
+            return getattr(self._film, name)
+
+        def get(self, which: int) -> float:
+            return next(self._clock) if which == cv2.CAP_PROP_POS_MSEC else self._film.get(which)
+
+    monkeypatch.setattr(cv2, 'VideoCapture', Jumping)
+    stamps = [frame.stamp_ns for frame in source.frames()]
+    assert len(stamps) == 5
+    assert np.diff(stamps).min() > 0
+
+
 @pytest.mark.parametrize('degrees', [0, 90, 180, 270])
 def test_a_film_of_a_telephone_is_upright(degrees: int, tmp_path: Path) -> None:
     path = tmp_path / 'film.mp4'

@@ -214,17 +214,17 @@ def tf2(monkeypatch: pytest.MonkeyPatch, lookup: Any) -> list[str]:
     return events
 
 
-def test_tf_says_where_the_ground_is(bench: Bench, monkeypatch, capfd) -> None:
-    known = SimpleNamespace(
-        translation=SimpleNamespace(x=5.0, y=6.0, z=GROUND_Y),
-        rotation=SimpleNamespace(x=-0.5, y=0.5, z=-0.5, w=0.5),
-    )
-
+@pytest.mark.parametrize('late', [True, False])
+def test_tf_says_where_the_ground_is(bench: Bench, monkeypatch, capfd, late: bool) -> None:
     def lookup(target: str, source: str, when: Any) -> Any:
         assert (target, source) == ('odom', 'head_camera')
-        if when.nanoseconds:  # Only the newest is there.
+        if late and when.nanoseconds:
             raise UnknownError('too new')
-        return SimpleNamespace(transform=known)
+        # The camera has risen since the image, if that is known.
+        height = GROUND_Y if late or when.nanoseconds else 2 * GROUND_Y
+        place = SimpleNamespace(x=5.0, y=6.0, z=height)
+        turn = SimpleNamespace(x=-0.5, y=0.5, z=-0.5, w=0.5)
+        return SimpleNamespace(transform=SimpleNamespace(translation=place, rotation=turn))
 
     events = tf2(monkeypatch, lookup)
     places = Places(bench, info(), ground_frame='odom')

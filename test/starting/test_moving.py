@@ -82,7 +82,7 @@ def test_what_comes_to_stay_becomes_background_the_sooner_the_less_was_known() -
 def test_another_picture_begins_anew() -> None:
     scene, places = Watch(), (seen(0), seen(0)[::-1, ::-1])
     frames = [scene.show(number, places[number >= 12]) for number in range(24)]
-    assert [frame.fresh for frame in frames].index(True) == 12
+    assert [number for number, frame in enumerate(frames) if frame.fresh][:1] == [12]
     assert frames[-1].blobs == []
 
 

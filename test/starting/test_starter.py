@@ -162,3 +162,15 @@ def test_a_thing_is_remembered_for_a_time_and_where_it_is(seconds, pan, found):
         starter.propose(scene, None, None, Known())
     sighting = Sighting(scene.stamp_ns, (Detection(box, 0.9),))
     assert bool(starter.propose(scene, None, sighting, Known())) == found
+
+
+@pytest.mark.parametrize('given', [True, False])
+def test_no_walker_is_looked_for_once_boxes_were_given(given, monkeypatch):
+    starter = Starter(small_bank(), StartingConfig(auto_init='walk'), 1, Lookout())
+    scene, asked = Scene((HEIGHT, WIDTH)), []
+    scene.advance(picture([])[0], 1)
+    monkeypatch.setattr(
+        starter.walkers, 'update', lambda *_, wanted, **__: asked.append(wanted) or []
+    )
+    starter.propose(scene, None, None, Known(given=given))
+    assert asked == [not given]

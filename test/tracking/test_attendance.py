@@ -98,6 +98,15 @@ def test_whoever_gives_boxes_gives_all():
     assert [each.state for each in results] == ['tracked', 'empty']
 
 
+def test_after_a_reset_people_are_found_again_though_boxes_were_given():
+    track, network = told()
+    track.start(Figure(60))
+    track.show(Figure(60))
+    track.tracker.reset()
+    network.boxes = [Figure(60).box]
+    assert [track.show(Figure(60))[0].state for _ in range(3)][-1] == 'tracked'
+
+
 def test_without_a_detector_nothing_is_asked():
     lookout = Lookout(networks=Networks(lambda image: pytest.fail('it was')))
     track = Told(1, 'walk', lookout=lookout)

@@ -56,50 +56,47 @@ class Mechanism(NamedTuple):
     """What can be left out; ``off`` are the settings that do so, ``films`` where that is run."""
 
     name: str
-    does: str
     off: str
     films: tuple[str, ...] = ('plain',)
 
 
-WHOLE = Mechanism('nothing', '', '', ('plain', 'ramp', 'flicker', 'night', 'grey', 'low', 'left'))
+WHOLE = Mechanism('nothing', '', ('plain', 'ramp', 'flicker', 'night', 'grey', 'low', 'left'))
 SPOILT = WHOLE.films[1:]
 MECHANISMS = (
     WHOLE,
-    Mechanism('light', 'undoes its changes', 'tracking.use_light=false', ('plain', 'ramp')),
-    Mechanism('flicker', 'undoes bands', 'tracking.use_flicker=false', ('plain', 'flicker')),
-    Mechanism('grey fade', 'survives the night', 'tracking.use_fade=false', ('plain', 'night')),
-    Mechanism('contrast', 'spreads few levels', 'tracking.use_contrast=false', ('plain', 'low')),
-    Mechanism(
-        'texture', 'replaces missing colours', 'tracking.use_texture=false', ('plain', 'grey')
-    ),
-    Mechanism('ego-motion', 'follows the camera', 'tracking.use_ego_motion=false'),
-    Mechanism('box margin', 'trims first boxes', 'tracking.box_margin=0'),
-    Mechanism('background model', 'remembers each pixel', 'tracking.use_background=false'),
-    Mechanism('motion gate', 'distrusts what moves', 'tracking.use_motion_gate=false'),
-    Mechanism('shadow', 'explains cast shadows', 'tracking.use_shadow=false'),
-    Mechanism('motion cue', 'prefers moving along', 'tracking.use_motion_cue=false'),
-    Mechanism('colour bands', 'tells body heights', 'tracking.band_share=0'),
-    Mechanism('colours of the place', 'follow what passes', 'tracking.colour_rate=0'),
-    Mechanism('colours of the person', 'follow the light', 'tracking.person_colour_rate=0'),
-    Mechanism('other foreground', 'expects unknown people', 'tracking.foreground_density=0'),
-    Mechanism('pixel association', 'divides shared pixels', 'tracking.use_association=false'),
-    Mechanism('tilt', 'follows leaning bodies', 'tracking.use_tilt=false'),
-    Mechanism('bystanders', 'follows who is near', 'tracking.use_bystanders=false'),
-    Mechanism('stillness', 'ends who has left', 'tracking.use_stillness=false', ('plain', 'left')),
-    Mechanism('search for the lost', 'awaits hidden people', 'tracking.patience=0'),
-    Mechanism('likelihood blur', 'forgives small shifts', 'matching.blur=1'),
-    Mechanism('phase clock', 'expects the cadence', 'matching.rate_cost=0'),
-    Mechanism('path memory', 'sums past frames', 'matching.memory=0.05'),
-    Mechanism('path switching margin', 'keeps the twin', 'matching.switch_margin=0'),
-    Mechanism('placement search', 'corrects the box', 'matching.shifts_x=0 matching.shifts_y=0'),
-    Mechanism('scale search', 'corrects the height', 'matching.scales=0'),
-    Mechanism('shape prior', "knows walkers' shapes", 'segmentation.prior=none'),
-    Mechanism("default (for paper's) prior", 'grows with distance', 'segmentation.prior=paper'),
-    Mechanism('prior in the data term', 'weighs the template', 'segmentation.template_weight=0'),
-    Mechanism("prior's fading", 'doubts poor fits', 'segmentation.fit_high=0.65'),
-    Mechanism('contrast term', 'follows image edges', 'segmentation.contrast=0'),
-    Mechanism('support', 'drops passers-by', 'segmentation.use_support=false'),
-    Mechanism('refinement', 'cuts finer again', 'segmentation.use_refinement=false'),
+    Mechanism('light', 'tracking.use_light=false', ('plain', 'ramp')),
+    Mechanism('flicker', 'tracking.use_flicker=false', ('plain', 'flicker')),
+    Mechanism('grey fade', 'tracking.use_fade=false', ('plain', 'night')),
+    Mechanism('contrast', 'tracking.use_contrast=false', ('plain', 'low')),
+    Mechanism('texture', 'tracking.use_texture=false', ('plain', 'grey')),
+    Mechanism('ego-motion', 'tracking.use_ego_motion=false'),
+    Mechanism('box margin', 'tracking.box_margin=0'),
+    Mechanism('background model', 'tracking.use_background=false'),
+    Mechanism('motion gate', 'tracking.use_motion_gate=false'),
+    Mechanism('shadow', 'tracking.use_shadow=false'),
+    Mechanism('motion cue', 'tracking.use_motion_cue=false'),
+    Mechanism('colour bands', 'tracking.band_share=0'),
+    Mechanism('colours of the place', 'tracking.colour_rate=0'),
+    Mechanism('colours of the person', 'tracking.person_colour_rate=0'),
+    Mechanism('other foreground', 'tracking.foreground_density=0'),
+    Mechanism('pixel association', 'tracking.use_association=false'),
+    Mechanism('tilt', 'tracking.use_tilt=false'),
+    Mechanism('bystanders', 'tracking.use_bystanders=false'),
+    Mechanism('stillness', 'tracking.use_stillness=false', ('plain', 'left')),
+    Mechanism('search for the lost', 'tracking.patience=0'),
+    Mechanism('likelihood blur', 'matching.blur=1'),
+    Mechanism('phase clock', 'matching.rate_cost=0'),
+    Mechanism('path memory', 'matching.memory=0.05'),
+    Mechanism('path switching margin', 'matching.switch_margin=0'),
+    Mechanism('placement search', 'matching.shifts_x=0 matching.shifts_y=0'),
+    Mechanism('scale search', 'matching.scales=0'),
+    Mechanism('shape prior', 'segmentation.prior=none'),
+    Mechanism("default (for paper's) prior", 'segmentation.prior=paper'),
+    Mechanism('prior in the data term', 'segmentation.template_weight=0'),
+    Mechanism("prior's fading", 'segmentation.fit_high=0.65'),
+    Mechanism('contrast term', 'segmentation.contrast=0'),
+    Mechanism('support', 'segmentation.use_support=false'),
+    Mechanism('refinement', 'segmentation.use_refinement=false'),
 )
 """In the order in which a frame meets them."""
 
@@ -141,7 +138,7 @@ def ablate(
     spoilt: Iterable[str] = (),
 ) -> Iterator[str]:
     """Run all films without each mechanism; yield the lines of a Markdown table as they come."""
-    titles = 'left out', 'what it does', 'films', *SCORES, 'worse without', 'better without'
+    titles = 'left out', 'films', *SCORES, 'worse without', 'better without'
     yield f'| {" | ".join(titles)} |\n{"|---" * len(titles)}|\n'
     whole: dict[str, Scores] = {}
     rows = [(each, film) for each in MECHANISMS for film in each.films]
@@ -184,7 +181,7 @@ def _row(
 ) -> str:
     """Return a line of the table."""
     about = {each.name: {'place': each.name, **each.about} for each in sequences}
-    cells = [mechanism.name, mechanism.does, film]
+    cells = [mechanism.name, film]
     worse: dict[str, list[str]] = {}
     better: dict[str, list[str]] = {}
     for score, (group, wanted) in itertools.product(SCORES, GROUPS.items()):
