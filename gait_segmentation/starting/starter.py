@@ -167,7 +167,8 @@ class Starter:
         searched = max(1.0, max(scene.source) / self.config.search_size)
         least = self.config.least_height * searched
         # A person who is lost is looked for in maps though boxes are given.
-        wanted = free and (self.config.auto_init != 'none' or given)
+        wanted = bool(known.lost) if known.given else free
+        wanted = wanted and (self.config.auto_init != 'none' or given)
         if wanted and heat is not None and heat.stamp_ns == scene.stamp_ns:
             boxes = [*known.tracked, *known.tried, *(each.box for each in found)]
             shown = self._maps.update(heat, scene.source, boxes, least)

@@ -57,6 +57,14 @@ def test_they_are_followed_while_they_are_near_and_the_map_shows_them() -> None:
     assert group.tracks == [], 'not shown'
 
 
+def test_whom_a_map_shows_in_a_box_that_is_given_is_no_bystander() -> None:
+    told = Told(1, 'walk')
+    told.start(STAYS)
+    for _ in range(3):
+        taken(told)
+        assert told.tracker._slots.bystanders.tracks == []
+
+
 def test_there_are_none_without_a_map_and_at_most_so_many(monkeypatch) -> None:
     crowd = [Figure(x, BLUE, height=60.0) for x in (40, 75, 165, 200)]
     told = started()
