@@ -6,6 +6,8 @@ import pytest
 from gait_segmentation.detector.lookout import Lookout
 from gait_segmentation.detector.networks import DetectorConfig, Networks
 from gait_segmentation.detector.person_detector import Detection
+from gait_segmentation.geometry import BodyFrame
+from gait_segmentation.starting import FirstMask
 from gait_segmentation.tracking import bystanders
 from test.tracking.figures import BLUE, GREEN, RED, Figure, Told, picture
 
@@ -154,7 +156,20 @@ def test_what_a_bystander_holds_beyond_the_box_that_is_seen_is_let_go() -> None:
     wide = np.zeros_like(other.mask.image)
     wide[60:160, 150:260] = 255
     other.mask = other.mask._replace(image=wide)
-    watched.taken(Figure(185, BLUE))
+    other.trim([STAYS.box, Figure(185).box], other.states[-1].frame.image.stamp_ns)
     columns = np.nonzero(other.mask.image.any(axis=0))[0]
     assert columns[0] > 160
     assert columns[-1] < 210
+
+
+def test_nobody_is_followed_twice() -> None:
+    watched = Watched()
+    for _ in range(2):
+        watched.taken(Figure(185, BLUE))
+    [other] = watched.tracks
+    mask, box = other.mask.image, other.pose.box
+    body = BodyFrame(box.center_x, box.center_y, box.height)
+    start = FirstMask(mask, mask / np.float32(255), box, body)
+    group = watched.told.tracker._slots.bystanders
+    group.begin(other.view, start, other.config, by_map=False)
+    assert group.tracks == [other]
