@@ -254,3 +254,15 @@ def test_the_first_mask_is_as_a_map_shows_it_that_fills_the_box(
     truth = cv2.resize(shown, start.mask.shape[::-1], interpolation=cv2.INTER_AREA) > 127
     mask = start.mask > 0
     assert ((mask & truth).sum() > 0.98 * (mask | truth).sum()) == as_shown
+
+
+def test_a_map_that_found_somebody_is_their_first_mask() -> None:
+    told = Told(auto='walk')
+    image, (own,) = picture([Figure(120)])
+    faint = own.copy()
+    faint[95:] //= 4
+    told.tracker.add_heat_map(faint, told.stamp_ns)
+    told.tracker.update(image, told.stamp_ns)
+    [track] = told.tracker.tracks()
+    assert track.mask.image[:90].any()
+    assert not track.mask.image[100:].any()
