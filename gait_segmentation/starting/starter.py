@@ -62,9 +62,9 @@ class Known(NamedTuple):
     Whom a tracker knows, as boxes in source pixels.
 
     ``tracked`` are bodies, no wider than one, ``tried`` those of people on trial, ``visible`` what
-    can be seen of either, and the bodies as they are, of bystanders, too, unless somebody is lost;
-    ``lost`` are the bodies of those who are, where they are expected; of ``silent`` ones the last
-    look saw nothing.  With ``given`` boxes whoever gives them is to give all.
+    can be seen of either, and the bodies as they are, ``lost`` the bodies of those who are, where
+    they are expected; of ``silent`` ones the last look saw nothing.  With ``given`` boxes whoever
+    gives them is to give all.
     """
 
     tracked: tuple[Box, ...] = ()

@@ -36,9 +36,6 @@ _REFUSED = np.float32(-0.5)
 _NEARER = 1.5
 """Advantage, as a log ratio, of a person who stands nearer."""
 
-_HIDDEN = -3.0
-"""That of who is hidden: what they look like is known less well."""
-
 
 @dataclass(frozen=True)
 class PixelClaim:
@@ -49,7 +46,8 @@ class PixelClaim:
     ``away`` is (h, w) float32, how far beside it pixels are, in pixels, and ``body`` (h, w) uint8
     the matched template, None without one.
     ``feet`` is the row of the soles and ``height`` that of the body, in pixels.  A person
-    ``hidden`` competes, too, so that no one takes what is about to be seen of them.
+    ``hidden`` competes, too, so that no one takes what is about to be seen of them.  One who is
+    ``vague``, as nobody has seen their outline, competes only for what both find likely.
     """
 
     window: Window
@@ -60,6 +58,7 @@ class PixelClaim:
     height: float
     hidden: bool = False
     body: NDArray[np.uint8] | None = None
+    vague: bool = False
 
     @property
     def falloff(self) -> NDArray[np.float32]:
@@ -85,9 +84,9 @@ def associate(claims: Sequence[PixelClaim]) -> list[NDArray[np.float32]]:
     rivals = {k: np.zeros_like(strong[k]) for k in near}
     for one, two, shared in pairs:
         claim, other = claims[one], claims[two]
-        depth = _NEARER if claim.feet > other.feet else -_NEARER
-        if claim.hidden:
-            depth = _HIDDEN
+        if claim.vague:
+            continue
+        depth = _NEARER if claim.feet > other.feet and not claim.hidden else -_NEARER
         part = strong[one][within(shared, claim.window)]
         rivals[two][within(shared, other.window)] += np.float32(math.exp(depth)) * part
     logits = [

@@ -73,7 +73,7 @@ class Bystander(FusionTrack):
     def claim(self) -> PixelClaim | None:
         """Judge pixels, which those in a slot are taken to hide: their masks are better."""
         claim = super().claim()
-        return claim and replace(claim, hidden=True)
+        return claim and replace(claim, hidden=True, vague=not self._by_map)
 
     def keep(self, likelihood: NDArray[np.uint8], slots: Sequence[Track]) -> None:
         """
@@ -148,17 +148,17 @@ class Bystanders:
 
     def drop(self, view: View, box: Box) -> None:
         """Let go of who is in a box of a view, in working pixels: they have a slot now."""
-        there = self._at(view, box)
+        there = self.at(view, box)
         self.tracks = [each for each in self.tracks if each not in there]
 
-    def _at(self, view: View, box: Box) -> list[Bystander]:
+    def at(self, view: View, box: Box) -> list[Bystander]:
         """Return who is in a box of a view, in working pixels."""
         here = (each for each in self.tracks if each.view is view)
         return [each for each in here if each.pose.box.iou(box) >= SAME_PERSON]
 
     def begin(self, view: View, start: FirstMask, config: TrackingConfig, *, by_map: bool) -> None:
         """Begin with somebody new, unless there are too many."""
-        if len(self.tracks) < MOST and not self._at(view, start.box):
+        if len(self.tracks) < MOST:
             number = next(self._ids)
             self.tracks.append(Bystander(number, view, start, config, by_map=by_map))
 

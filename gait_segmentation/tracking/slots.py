@@ -96,9 +96,7 @@ class Slots:
         :param seen_ns: stamp of the frame of which it is told what can be seen.
         :param given: whether whoever gives boxes is to give all.
         """
-        tracks, lost = self.tracks(), [each for each in self.tracks() if each.state == LOST]
-        # Whoever is lost may be where a bystander is taken to be.
-        visible = tracks if lost else self.followed()
+        tracks = self.tracks()
         tracked = [track for track in tracks if track.state == TRACKED]
         bodies: dict[bool, list[Box]] = {False: [], True: []}
         for track in tracked:
@@ -109,13 +107,8 @@ class Slots:
         return Known(
             tuple(bodies[False]),
             tuple(bodies[True]),
-            tuple(
-                box
-                for track in visible
-                if track.state == TRACKED
-                for box in track.boxes_at(seen_ns)
-            ),
-            tuple(track.body for track in lost),
+            tuple(box for track in tracked for box in track.boxes_at(seen_ns)),
+            tuple(track.body for track in tracks if track.state == LOST),
             any(track.attendance.silent for track in tracks),
             given,
         )
@@ -186,7 +179,7 @@ class Slots:
         by_map = found.source == BY_MAP
         for track in self.tracks():
             box = self._tight(found).scaled(track.view.scale)
-            if is_near(box, track):
+            if is_near(box, track) and not self.bystanders.at(track.view, box):
                 start = self._estimate(track.view, box, past, by_map=by_map)
                 self.bystanders.begin(track.view, start, self.config, by_map=by_map)
                 return

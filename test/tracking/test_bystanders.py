@@ -6,8 +6,6 @@ import pytest
 from gait_segmentation.detector.lookout import Lookout
 from gait_segmentation.detector.networks import DetectorConfig, Networks
 from gait_segmentation.detector.person_detector import Detection
-from gait_segmentation.geometry import BodyFrame
-from gait_segmentation.starting import FirstMask
 from gait_segmentation.tracking import bystanders
 from test.tracking.figures import BLUE, GREEN, RED, Figure, Told, picture
 
@@ -19,7 +17,7 @@ def taken(told: Told, *others: Figure, shown: bool = True) -> float:
     image, (*theirs, own) = picture([*others, STAYS])
     if shown:
         told.tracker.add_heat_map(np.maximum.reduce([*theirs, own]), told.stamp_ns)
-    [result] = told.see(image, [own])
+    result, *_ = told.see(image, [own])
     there = np.maximum.reduce([np.zeros_like(own), *theirs]) > 0
     return float((result.likelihood[there] > 127).mean()) if there.any() else 0.0
 
@@ -105,12 +103,13 @@ def test_a_map_of_something_else_shows_nobody_beside() -> None:
 class Watched:
     """Somebody who stays, and a detector that looks at every frame and sees all boxes."""
 
-    def __init__(self, **tracking) -> None:
+    def __init__(self, slots: int = 1, *, given: bool = True, **tracking) -> None:
         config = DetectorConfig(calm_period=0.02, urgent_period=0.02)
         networks = Networks(lambda image: [Detection(box, 0.9) for box in self.boxes])
         lookout = Lookout(config, networks)
-        self.told = Told(1, 'detector', lookout=lookout, **tracking)
-        self.told.start(STAYS)
+        self.told = Told(slots, 'detector', lookout=lookout, **tracking)
+        if given:
+            self.told.start(STAYS)
 
     @property
     def tracks(self) -> list[bystanders.Bystander]:
@@ -162,14 +161,16 @@ def test_what_a_bystander_holds_beyond_the_box_that_is_seen_is_let_go() -> None:
     assert columns[-1] < 210
 
 
-def test_nobody_is_followed_twice() -> None:
-    watched = Watched()
-    for _ in range(2):
-        watched.taken(Figure(185, BLUE))
+def test_a_bystander_gets_a_slot_that_is_free() -> None:
+    watched = Watched(slots=2, given=False)
+    first, second = Figure(55, GREEN, height=95), Figure(185, BLUE, height=90)
+    for _ in range(3):
+        watched.taken(first, second)
     [other] = watched.tracks
-    mask, box = other.mask.image, other.pose.box
-    body = BodyFrame(box.center_x, box.center_y, box.height)
-    start = FirstMask(mask, mask / np.float32(255), box, body)
-    group = watched.told.tracker._slots.bystanders
-    group.begin(other.view, start, other.config, by_map=False)
-    assert group.tracks == [other]
+    assert other.body.iou(second.box) > 0.5
+    watched.told.tracker._slots._slots[1] = None
+    for _ in range(3):
+        watched.taken(second)
+    bodies = [track.body for track in watched.told.tracker.tracks()]
+    assert [body.iou(second.box) > 0.5 for body in bodies] == [False, True]
+    assert watched.tracks == []
