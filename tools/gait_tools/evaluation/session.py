@@ -138,7 +138,7 @@ class Session:
         slots = len(attendance.people) if sequence.label_files else 0
         if self.auto and self.heat_map:
             slots = max(slots, MAP_SLOTS)
-        config = self._suited(config, slots, auto=self.auto)
+        config = self._suited(config, slots)
         summary = Summary(TrackingScore(attendance, first_frames(attendance, starts)))
         output = None if out is None else SequenceOutput(out / sequence.name, sequence)
         outcomes = self._run(config, sequence, sequence.numbers, starts)
@@ -152,7 +152,7 @@ class Session:
 
     def _warm_starts(self, config: Any, sequence: Sequence) -> Iterator[list[float]]:
         """Give the true box at every tenth frame that shows a person; yield J from there on."""
-        single, numbers = self._suited(config, 1, auto=False), sequence.numbers
+        single, numbers = self._suited(config, 1), sequence.numbers
         places = range(0, len(numbers) - WARM_LEAST, WARM_EVERY)
         for place in _shown(places, f'{sequence.name} warm', len(places)):
             first = numbers[place]
@@ -165,8 +165,8 @@ class Session:
                 scored = [each.score for each in outcomes if each.number >= first]
                 yield [score.j for score in scored if score is not None]
 
-    def _suited(self, config: Any, slots: int, *, auto: bool) -> Any:
-        """Return a configuration with a number of slots (0 as it is) that starts by itself."""
+    def _suited(self, config: Any, slots: int) -> Any:
+        """Return a configuration with a number of slots (0 as it is)."""
         if slots > 0 and 'people.max_people' not in self.fixed:
             config = replaced(config, 'people', 'max_people', slots)
         return config
