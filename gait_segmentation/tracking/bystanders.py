@@ -111,10 +111,8 @@ class Bystander(FusionTrack):
         here = box.shifted(self.body.x - body.x, self.body.y - body.y).scaled(self.view.scale)
         margin = GUARD * self.pose.height
         rows, columns = here.padded(margin, margin).slices(*self.view.shape[::-1])
-        kept = np.zeros(self.view.shape, np.uint8)
-        window = self.window
-        expected = placed(self.expected_mask(), window, self.view.shape)
-        kept[rows, columns] = expected[rows, columns]
+        expected = placed(self.expected_mask(), self.window, self.view.shape)
+        kept = placed(expected[rows, columns], (rows, columns), self.view.shape)
         self.mask = self.visible = Silhouette(kept, self.displacement)
 
     def feedback(self, stamp_ns: int) -> Feedback | None:
@@ -156,9 +154,14 @@ class Bystanders:
         here = (each for each in self.tracks if each.view is view)
         return [each for each in here if each.pose.box.iou(box) >= SAME_PERSON]
 
+    @property
+    def is_full(self) -> bool:
+        """Return whether there are too many for another one."""
+        return len(self.tracks) >= MOST
+
     def begin(self, view: View, start: FirstMask, config: TrackingConfig, *, by_map: bool) -> None:
         """Begin with somebody new, unless there are too many."""
-        if len(self.tracks) < MOST:
+        if not self.is_full:
             number = next(self._ids)
             self.tracks.append(Bystander(number, view, start, config, by_map=by_map))
 

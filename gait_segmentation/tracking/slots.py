@@ -116,11 +116,12 @@ class Slots:
     def witness(self, sighting: Sighting) -> None:
         """Take in whom a detector saw, if it was asked for people."""
         if sighting.people is not None:
+            boxes = [person.box for person in sighting.people]
             for track in self.followed():
                 there, lost = track.boxes_at(sighting.stamp_ns), track.state == LOST
                 track.attendance.add(sighting.people, there, lost=lost)
             for other in self.bystanders.tracks:
-                other.trim([person.box for person in sighting.people], sighting.stamp_ns)
+                other.trim(boxes, sighting.stamp_ns)
 
     def begin_given(self, scene: Scene, boxes: Sequence[Box], past: WholeView | None) -> None:
         """
@@ -174,7 +175,7 @@ class Slots:
 
     def _begin_beside(self, found: Proposal, past: WholeView | None) -> None:
         """Begin with a bystander, if somebody in a slot is near."""
-        if not self.config.use_bystanders:
+        if self.bystanders.is_full or not self.config.use_bystanders:
             return
         by_map = found.source == BY_MAP
         for track in self.tracks():
