@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from operator import itemgetter
@@ -31,6 +32,12 @@ _SOLID = 0.3
 
 _ABOUT = 0.3
 """How far about a person found the place is remembered, in body heights."""
+
+_FASTEST = 6.0
+"""How far somebody can run, in body heights a second: 10 m/s."""
+
+_OFF = 1.0
+"""How far from where a person was lost they may have been, in body heights."""
 
 
 def estimate_first(
@@ -113,13 +120,22 @@ def slot_for_found(
 
     :param start: the first mask, in the newest frame of the view.
     :returns: the number of the slot, and the track id if it is the person who was lost there,
-        else None.
+        who looks alike and can have come so far since, else None.
     """
     lost = [(slot, track) for slot, track in enumerate(slots) if track and track.state == LOST]
-    alike = [(track.similarity(start, view.now), slot, track) for slot, track in lost]
+    place = start.box.scaled(1 / view.scale)
+    near = [each for each in lost if _is_in_reach(place, each[1])]
+    alike = [(track.similarity(start, view.now), slot, track) for slot, track in near]
     similarity, slot, track = max(alike, key=itemgetter(0), default=(0.0, 0, None))
     if track is not None and similarity >= SAME_COLOURS:
         return slot, track.track_id
     if None in slots:
         return list(slots).index(None), None
     return (max(lost, key=lambda each: each[1].lost_s)[0], None) if lost else None
+
+
+def _is_in_reach(place: Box, lost: Track) -> bool:
+    """Return whether a lost person can have come to a place, in source pixels, by now."""
+    last = lost.body
+    away = math.hypot(place.center_x - last.center_x, place.center_y - last.center_y)
+    return away <= (_OFF + _FASTEST * lost.lost_s) * last.height

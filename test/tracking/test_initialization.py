@@ -160,19 +160,21 @@ def test_a_box_starts_before_what_the_camera_has_seen(auto: str) -> None:
     assert wrong[1] < 0.5 * wrong[0]
 
 
-@pytest.mark.parametrize(('coat', 'track_id'), [(RED, 1), (GREEN, 2)])
-def test_somebody_found_is_the_lost_one_only_in_the_same_clothes(
-    finder: Finder, coat: tuple[int, int, int], track_id: int
+@pytest.mark.parametrize(
+    ('coat', 'frames', 'track_id'), [(RED, 20, 1), (GREEN, 20, 2), (RED, 1, 2)]
+)
+def test_somebody_found_is_the_lost_one_only_in_the_same_clothes_and_in_reach(
+    finder: Finder, coat: tuple[int, int, int], frames: int, track_id: int
 ) -> None:
     told = Told(1, 'walk', patience=5.0)
     out = walk(Figure(260), 25, 4.0)
     finder.find(out[0])
     for figure in out:
         (result,) = told.show(figure)
-    for _ in range(5):
+    for _ in range(frames):
         (result,) = told.show()
     assert (result.state, result.track_id) == ('lost', 1)
-    # Far from where the first has left.
+    # Three body heights from where the first has left, which takes half a second.
     finder.find(Figure(60, coat))
     (result,) = told.show(Figure(60, coat))
     assert (result.state, result.track_id) == ('tracked', track_id)
@@ -200,14 +202,16 @@ def test_a_lost_person_is_found_in_a_map_though_a_box_was_given(
 
 
 def test_of_those_who_are_lost_the_one_lost_longest_makes_room() -> None:
+    box = Box(10, 10, 20, 50)
     lost = [
-        SimpleNamespace(state=LOST, lost_s=s, similarity=lambda *_: 0.0) for s in (1.0, 3.0, 2.0)
+        SimpleNamespace(state=LOST, lost_s=s, similarity=lambda *_: 0.0, body=box)
+        for s in (1.0, 3.0, 2.0)
     ]
     seen = SimpleNamespace(state=TRACKED)
-    view = SimpleNamespace(now=None)
-    assert slot_for_found([seen, *lost], view, None) == (2, None)
-    assert slot_for_found([*lost, None], view, None) == (3, None)
-    assert slot_for_found([seen], view, None) is None
+    view, start = SimpleNamespace(now=None, scale=1.0), SimpleNamespace(box=box)
+    assert slot_for_found([seen, *lost], view, start) == (2, None)
+    assert slot_for_found([*lost, None], view, start) == (3, None)
+    assert slot_for_found([seen], view, start) is None
 
 
 def test_people_are_found_in_the_heat_map_of_a_frame_and_not_in_a_late_one() -> None:
