@@ -14,6 +14,7 @@ from gait_segmentation.colour import NO_CHROMA, gray_lab
 from gait_segmentation.images import Window, median
 from gait_segmentation.kernels import kernel
 from gait_segmentation.scene.ego_motion import WorldMotion
+from gait_segmentation.scene.relight import relight
 
 _LEAST_RATE = 0.04  # share of a frame in the mean of a pixel that was seen often
 _HIDDEN_DECAY = 0.995  # of the count of a pixel that is hidden, in each frame
@@ -69,42 +70,35 @@ class BackgroundModel:
         """Return the mean of each pixel, (h, w, 3) float32, zero where it is unknown."""
         return self.sums[..., :3] / np.maximum(self.sums[..., 3:], np.float32(1e-6))
 
-    def part(self, window: Window) -> tuple[NDArray[np.float32], int, int]:
-        """Return contiguous sums that hold a window, and the row and column it begins in."""
-        rows, columns = window
-        if rows.step is None and columns.step is None:
-            return self.sums, rows.start, columns.start
-        return np.ascontiguousarray(self.sums[window]), 0, 0
+    def within(self, window: Window, lab: NDArray[np.uint8] | None = None) -> BackgroundModel:
+        """
+        Return the model of a window alone, as it is or in the light of a frame.
 
-    def contradicted(
-        self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
-    ) -> NDArray[np.uint8]:
+        :param lab: (h, w, 3) uint8, the window of that frame; see :mod:`.scene.relight`.
+        """
+        sums = np.ascontiguousarray(self.sums[window])
+        return self.with_sums(sums if lab is None else relight(sums, lab, self.sigma))
+
+    def contradicted(self, lab: NDArray[np.uint8], shadow_floor: float) -> NDArray[np.uint8]:
         """Return where the :meth:`evidence` is sure not to be the background, (h, w) uint8 0/1."""
-        strange = self._weighed(lab, window, shadow_floor) >= _MOST_EVIDENCE_OF_PIXEL
-        return (strange & self.is_sure(window)).view(np.uint8)
+        strange = self._weighed(lab, shadow_floor) >= _MOST_EVIDENCE_OF_PIXEL
+        return (strange & self.is_sure).view(np.uint8)
 
-    def evidence(
-        self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
-    ) -> NDArray[np.float32]:
+    def evidence(self, lab: NDArray[np.uint8], shadow_floor: float) -> NDArray[np.float32]:
         """
         Return log-odds that pixels are not the background, (h, w) float32 within +-3.
 
         They are 0 where it is not known.  What is a little darker and of the same chroma is hardly
         clothes of just that colour; the darker a shadow would be, the less is said.
 
-        :param lab: (h, w, 3) uint8, the window of the frame alone.
         :param shadow_floor: darkest shadow, as a share of the lightness.
         """
-        count = self.count[window]
-        return self._weighed(lab, window, shadow_floor) * (count / (count + 1))
+        return self._weighed(lab, shadow_floor) * (self.count / (self.count + 1))
 
-    def _weighed(
-        self, lab: NDArray[np.uint8], window: Window, shadow_floor: float
-    ) -> NDArray[np.float32]:
+    def _weighed(self, lab: NDArray[np.uint8], shadow_floor: float) -> NDArray[np.float32]:
         """Return the evidence however often pixels were seen, if they are known at all."""
         out = np.empty(lab.shape[:2], np.float32)
-        sums, top, left = self.part(window)
-        _weigh_background(sums, lab, top, left, self.sigma, shadow_floor, out)
+        _weigh_background(self.sums, lab, self.sigma, shadow_floor, out)
         return out
 
     def agreement(
@@ -114,15 +108,16 @@ class BackgroundModel:
         total = other = 0
         for window in windows:
             every = _some_of(window)
-            free = person[every] == 0
-            strange = self.contradicted(np.ascontiguousarray(lab[every]), every, 1.0)
-            total += np.count_nonzero(self.is_sure(every) & free)
+            free, here = person[every] == 0, self.within(every)
+            strange = here.contradicted(np.ascontiguousarray(lab[every]), 1.0)
+            total += np.count_nonzero(here.is_sure & free)
             other += np.count_nonzero(strange & free)
         return 1 - other / total if total >= _LEAST_SAMPLES else 1.0
 
-    def is_sure(self, window: Window) -> NDArray[np.bool_]:
-        """Return which pixels of a window were seen often enough to be sure, (h, w)."""
-        return self.count[window] >= np.float32(SURE_COUNT)
+    @property
+    def is_sure(self) -> NDArray[np.bool_]:
+        """Return which pixels were seen often enough to be sure, (h, w)."""
+        return self.count >= np.float32(SURE_COUNT)
 
     def forget(self, where: NDArray[np.uint8] | NDArray[np.bool_], kept: float = 0.0) -> None:
         """Forget the pixels where an image, (h, w), is not zero, but for a share of the count."""
@@ -325,17 +320,15 @@ def _sample_residuals(
     return found, steeps
 
 
-@kernel('f4[:,:,::1], u1[:,:,::1], i8, i8, f8, f8, f4[:,::1]', fastmath=True, error_model='numpy')
+@kernel('f4[:,:,::1], u1[:,:,::1], f8, f8, f4[:,::1]', fastmath=True, error_model='numpy')
 def _weigh_background(
     sums: NDArray[np.float32],
     lab: NDArray[np.uint8],
-    top: int,
-    left: int,
     sigma: float,
     shadow_floor: float,
     out: NDArray[np.float32],
 ) -> None:
-    """Fill in log-odds of not being background, from a pixel of ``sums`` on."""
+    """Fill in log-odds of not being background."""
     one, zero = np.float32(1), np.float32(0)
     # Seen that often, though hidden for a time since.
     sure = np.float32(SURE_COUNT - 0.5)
@@ -344,8 +337,7 @@ def _weigh_background(
     scale, floor = np.float32(1 / (2 * sigma * sigma)), np.float32(shadow_floor)
     steepness, middle = np.float32(1 / max(1 - shadow_floor, 1e-6)), np.float32(128)
     for row in range(out.shape[0]):
-        line = sums[top + row].reshape(-1)[4 * left : 4 * (left + out.shape[1])]
-        pixels, result = lab[row].reshape(-1), out[row]
+        line, pixels, result = sums[row].reshape(-1), lab[row].reshape(-1), out[row]
         for col in range(result.size):
             count = line[4 * col + 3]
             share = one / max(count, sure)

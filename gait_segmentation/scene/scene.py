@@ -267,7 +267,7 @@ class WholeView(View):
         model.measure_noise(lab, hidden, [self.all])
         # What has left or has come to stay is no mean with what was there before: the longer
         # that was seen, the longer it must be missed.
-        other = (model.contradicted(lab, self.all, 1.0) > 0) & (hidden == 0)
+        other = (model.contradicted(lab, 1.0) > 0) & (hidden == 0)
         model.forget(other, _FADE)
         gone = other & (model.count < SURE_COUNT)
         model.forget(gone)

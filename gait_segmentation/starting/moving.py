@@ -121,7 +121,7 @@ class MotionDetector:
         moving = self._moving(lab)
         evidence = moving.copy()
         if view.is_known:
-            evidence[view.smoothed().evidence(lab, view.all, _SHADOW_FLOOR) > 0] = 255
+            evidence[view.smoothed().evidence(lab, _SHADOW_FLOOR) > 0] = 255
         windows = [box.slices(width, height) for box in taken]
         for window in windows:
             evidence[window] = moving[window] = 0

@@ -118,6 +118,9 @@ class TrackingConfig(StageConfig):
         minimum=0.05,
         maximum=0.95,
     )
+    use_relight: bool = parameter(
+        True, 'Take what shows the texture of the background, brighter or darker, for it.'
+    )
     use_ego_motion: bool = parameter(
         True, 'Estimate the motion of the camera and move the background model with it.'
     )

@@ -167,8 +167,10 @@ class FusionTrack(Track):
         strangers: NDArray[np.float32] | None = None,
     ) -> NDArray[np.float32]:
         """Return ln p(person) / p(surroundings); see :func:`.likelihood.log_ratio`."""
-        models = self.view.background, self.colours, self.surroundings
-        return log_ratio(lab, rows, window, *models, self.config, strangers)
+        # Of single pixels here and there the texture is not known.
+        whole = self.config.use_relight and window[0].step is None
+        place = self.view.background.within(window, lab if whole else None)
+        return log_ratio(lab, rows, place, self.colours, self.surroundings, self.config, strangers)
 
     @property
     def shown(self) -> float:  # type: ignore[override]
@@ -249,10 +251,11 @@ class FusionTrack(Track):
             noted = state.notes.get(type(cue).__name__)
             if noted is not None:
                 cue.calibrate(noted[1], mask[noted[0]])
-        background = self.view.background_in(frame, window)
         lab = frame.image.lab_part(window)
-        foreground = background.contradicted(lab, window, config.shadow_floor)
-        known = background.is_sure(window) & (foreground == 0)
+        background = self.view.background_in(frame, window)
+        place = background.within(window, lab if config.use_relight else None)
+        foreground = place.contradicted(lab, config.shadow_floor)
+        known = place.is_sure & (foreground == 0)
         part, near = mask[window], template[window] > 127
         inside = (part > 127) & (near | ~known)
         if near.any():

@@ -66,7 +66,8 @@ def estimate_first(
     frame = view.now
     if known is not None:
         lab = frame.image.lab_part(window)
-        evidence[window] = known.evidence(lab, window, config.shadow_floor)
+        place = known.within(window, lab if config.use_relight else None)
+        evidence[window] = place.evidence(lab, config.shadow_floor)
     shown = None
     if frame.heat is not None and frame.heat_trust and not frame.heat_frames:
         inside = np.zeros(view.shape, np.uint8)

@@ -91,16 +91,14 @@ def _log(value: np.float32) -> np.float32:
     return first + np.float32(exponent) * np.float32(0.69314718)
 
 
-@kernel('f4[:,:,::1], i8, i8, f8, f4[:,:,::1]', error_model='numpy')
-def widen(
-    sums: NDArray[np.float32], top: int, left: int, share: float, wider: NDArray[np.float32]
-) -> None:
+@kernel('f4[:,:,::1], f8, f4[:,:,::1]', error_model='numpy')
+def widen(sums: NDArray[np.float32], share: float, wider: NDArray[np.float32]) -> None:
     """
     Add to variances what a misplaced background differs by.
 
     The slopes of what is at the edge of the window or next to what is unknown count as zero.
 
-    :param sums: of the whole image, in which the window begins at ``top`` and ``left``.
+    :param sums: of the background.
     :param share: of the squared slopes that is added.
     :param wider: (2, h, w) float32, of lightness and of chroma.
     """
@@ -108,7 +106,7 @@ def widen(
     mean, counts = np.empty((3, height, width), np.float32), np.empty((height, width), np.float32)
     least = np.float32(_LEAST_COUNT)
     for row in range(height):
-        line = sums[top + row].reshape(-1)[4 * left : 4 * (left + width)]
+        line = sums[row].reshape(-1)
         for col in range(width):
             count = line[4 * col + 3]
             counts[row, col] = count
@@ -150,7 +148,7 @@ def _look_up(
 
 
 @kernel(
-    'u1[:,:,::1], u2[:,::1], f4[:,::1], f4[:,:,::1], i8, i8, f4[:,:,::1], f8, f4[:,::1], '
+    'u1[:,:,::1], u2[:,::1], f4[:,::1], f4[:,:,::1], f4[:,:,::1], f8, f4[:,::1], '
     'f4[:,::1], f4[:,::1], f8, f8, f8, f8, f4[:,::1]',
     fastmath=True,
     error_model='numpy',
@@ -160,8 +158,6 @@ def ratios(
     bins: NDArray[np.uint16],
     rows: NDArray[np.float32],
     sums: NDArray[np.float32],
-    top: int,
-    left: int,
     wider: NDArray[np.float32],
     misplacement: float,
     person: NDArray[np.float32],
@@ -179,7 +175,7 @@ def ratios(
     Row by row and without branches, so that many pixels are done at once: first what is looked
     up, then all that is calculated.
 
-    :param sums: of the whole image, in which the window begins at ``top`` and ``left``.
+    :param sums: of the background.
     :param wider: (2, h, w) float32, by what the variances of lightness and chroma are greater.
     :param misplacement: of the background, in pixels.
     :param strangers: (h, w) float32, probability of any colour of another person.
@@ -199,8 +195,7 @@ def ratios(
     for row in range(out.shape[0]):
         _look_up(bins[row], rows[row], person, surroundings, of_person, of_surroundings)
         wide, wide_chroma = wider[0, row], wider[1, row]
-        pixels = lab[row].reshape(-1)
-        line = sums[top + row].reshape(-1)[4 * left : 4 * (left + width)]
+        pixels, line = lab[row].reshape(-1), sums[row].reshape(-1)
         down, strange, result = rows[row], strangers[row], out[row]
         for col in range(width):
             count = line[4 * col + 3]
@@ -230,7 +225,6 @@ def ratios(
 def log_ratio(
     lab: NDArray[np.uint8],
     rows: NDArray[np.float32],
-    window: Window,
     background: BackgroundModel,
     person: ColourModel,
     surroundings: ColourModel,
@@ -242,22 +236,20 @@ def log_ratio(
 
     :param lab: (h, w, 3) uint8, the window of the working image.
     :param rows: (h, w) position down the body.
-    :param window: the window's rows and columns in the working image.
+    :param background: of the window alone.
     :param strangers: (h, w) float32, probability of any colour of another person, if any.
     """
     out = np.empty(rows.shape, np.float32)
     misplacement = background.misplacement if background.misplacement > _LEAST_MISPLACED else 0.0
-    sums, top, left = background.part(window)
+    sums = background.sums
     wider = np.ones((2, *rows.shape), np.float32)
     if misplacement:
-        widen(sums, top, left, (misplacement / background.sigma) ** 2, wider)
+        widen(sums, (misplacement / background.sigma) ** 2, wider)
     ratios(
         lab,
         colour_bins(lab),
         rows,
         sums,
-        top,
-        left,
         wider,
         misplacement,
         person.table,

@@ -75,8 +75,9 @@ def _shows(
     visibility = Visibility.of(values, claim.mask, rivals, rivals)
     track.rate(visibility)
     # Who is not behind others may be beside or above something that stands there.
-    lab, floor = track.view.now.image.lab_part(window), track.config.shadow_floor
-    foreground = track.view.background.contradicted(lab, window, floor)
+    lab, config = track.view.now.image.lab_part(window), track.config
+    place = track.view.background.within(window, lab if config.use_relight else None)
+    foreground = place.contradicted(lab, config.shadow_floor)
     visible = [visibility]
     if visibility.share > ALONE:
         visible.append(visibility.where(foreground > 0, values))

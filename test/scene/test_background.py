@@ -86,7 +86,7 @@ def test_what_is_surely_something_else_contradicts_the_known_background() -> Non
     # Darker than any shadow, a shadow, another hue, and where it was never seen.
     now[:, :20], now[:, 20:30], now[:, 30:40], now[:, 60:] = 40, 100, (150, 160, 128), 0
     now[:, :30, 1:] = 128
-    strange = learnt(wall, unseen, 3).contradicted(now[10:50].copy(), window, 0.5)
+    strange = learnt(wall, unseen, 3).within(window).contradicted(now[10:50].copy(), 0.5)
     expected = np.zeros((40, 80), np.uint8)
     expected[:, :20] = expected[:, 30:40] = 1
     assert np.array_equal(strange, expected)
@@ -141,7 +141,7 @@ def evidence(colour: Sequence[float], count: int = 10, wall: Sequence[float] = W
     model = learnt(np.full((20, 30, 3), wall, np.uint8), frames=count)
     model.sigma = 4.0
     lab = np.full((20, 30, 3), np.rint(colour), np.uint8)
-    return float(model.evidence(lab, (slice(0, 20), slice(0, 30)), 0.5)[0, 0])
+    return float(model.evidence(lab, 0.5)[0, 0])
 
 
 @pytest.mark.parametrize('share', [0.95, 0.85, 0.75])
@@ -179,4 +179,4 @@ def test_a_faded_background_has_the_texture_of_its_lightness() -> None:
     model.fade(textured=True)
     assert (model.count[20:40, 30:50] == 0).all()
     lab = gray_lab(gray)
-    assert model.contradicted(lab, (slice(0, 60), slice(0, 80)), 1.0).mean() < 0.02
+    assert model.contradicted(lab, 1.0).mean() < 0.02

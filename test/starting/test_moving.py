@@ -138,8 +138,7 @@ def test_a_walker_of_the_first_frame_and_the_place_behind_are_soon_known(pan: fl
     assert np.percentile(np.abs(found.mean - lab_of(truth))[known], 95) < 12
     person = seen(29, pan)
     person[true := inside(block(29))] = RED
-    every = slice(0, SHAPE[0]), slice(0, SHAPE[1])
-    evidence = found.evidence(lab_of(person), every, 0.5)
+    evidence = found.evidence(lab_of(person), 0.5)
     assert np.median(evidence[true & known]) > 1
     assert np.median(evidence[~true & known]) < -1
 

@@ -9,7 +9,6 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.likelihood import log_ratio
 
 SHAPE = (20, 30)
-WINDOW = (slice(0, 20), slice(0, 30))
 
 
 def models() -> tuple[ColourModel, ColourModel]:
@@ -89,6 +88,6 @@ def test_it_is_the_formula_pixel_by_pixel(switches: dict, misplacement: float) -
     lab[0], lab[1] = (120, 200, 160), (150, 128, 128)
     rows = rng.uniform(-0.2, 1.2, SHAPE).astype(np.float32)
     strangers = rng.choice([0, 1e-3], SHAPE).astype(np.float32)
-    found = log_ratio(lab, rows, WINDOW, model, *models(), config, strangers)
+    found = log_ratio(lab, rows, model, *models(), config, strangers)
     expected = _plainly(lab, rows, model, config, strangers)
     np.testing.assert_allclose(found, expected, atol=2e-3)

@@ -74,6 +74,7 @@ MECHANISMS = (
     Mechanism('background model', 'tracking.use_background=false'),
     Mechanism('motion gate', 'tracking.use_motion_gate=false'),
     Mechanism('shadow', 'tracking.use_shadow=false'),
+    Mechanism('relight', 'tracking.use_relight=false'),
     Mechanism('motion cue', 'tracking.use_motion_cue=false'),
     Mechanism('colour bands', 'tracking.band_share=0'),
     Mechanism('colours of the place', 'tracking.colour_rate=0'),
