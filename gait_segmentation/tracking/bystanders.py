@@ -28,7 +28,7 @@ from gait_segmentation.tracking.association import PixelClaim
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.fusion import FusionTrack
 from gait_segmentation.tracking.life_cycle import next_state
-from gait_segmentation.tracking.track import SAME_PERSON, Silhouette, Track
+from gait_segmentation.tracking.track import SAME_PERSON, Track
 from gait_segmentation.tracking.visibility import GUARD
 
 MOST = 4
@@ -97,23 +97,6 @@ class Bystander(FusionTrack):
         near = distance_from(expected > 127) < GUARD * self.pose.height
         mask = np.where(near & (likelihood[window] > 127), np.uint8(255), np.uint8(0))
         self.states[-1].notes[Bystander.__name__] = window, mask
-
-    def trim(self, people: Sequence[Box], stamp_ns: int) -> None:
-        """
-        Let go of what is not in the box that a detector saw them in, if it did.
-
-        :param people: boxes in source pixels in the frame of a stamp.
-        """
-        body, _ = self.boxes_at(stamp_ns)
-        box = max(people, key=body.iou, default=None)
-        if box is None or box.iou(body) < SAME_PERSON:
-            return
-        here = box.shifted(self.body.x - body.x, self.body.y - body.y).scaled(self.view.scale)
-        margin = GUARD * self.pose.height
-        rows, columns = here.padded(margin, margin).slices(*self.view.shape[::-1])
-        expected = placed(self.expected_mask(), self.window, self.view.shape)
-        kept = placed(expected[rows, columns], (rows, columns), self.view.shape)
-        self.mask = self.visible = Silhouette(kept, self.displacement)
 
     def feedback(self, stamp_ns: int) -> Feedback | None:
         """Return what was kept of a frame, in working pixels, None if nothing was."""

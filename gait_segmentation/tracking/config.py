@@ -121,6 +121,9 @@ class TrackingConfig(StageConfig):
     use_relight: bool = parameter(
         True, 'Take what shows the texture of the background, brighter or darker, for it.'
     )
+    use_sightings: bool = parameter(
+        True, 'Take nothing beyond the box in which the detector sees a person for theirs.'
+    )
     use_ego_motion: bool = parameter(
         True, 'Estimate the motion of the camera and move the background model with it.'
     )

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import ColourModel, colour_bins
-from gait_segmentation.geometry import BodyFrame, body_window
+from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.images import (
     Window,
     bounding_box,
@@ -29,6 +29,7 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues import CueInput
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
 from gait_segmentation.tracking.cues.motion import MotionCue
+from gait_segmentation.tracking.cues.sighting import SightingCue
 from gait_segmentation.tracking.likelihood import log_ratio
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.track import WHOLE, Silhouette, State, Track
@@ -85,7 +86,8 @@ class FusionTrack(Track):
         self._learn_colours(view.now.image.lab_part(self.window), inside, outside, 1.0, 1.0)
         self.heat_map = HeatMapCue()
         self.motion = MotionCue()
-        self.cues = (self.motion, self.heat_map)
+        self.sighting = SightingCue()
+        self.cues = (self.motion, self.heat_map, self.sighting)
         self.appearance = Appearance(self._signature(start.mask, view.now, self.window))
 
     def expected_mask(self) -> NDArray[np.uint8]:
@@ -122,6 +124,11 @@ class FusionTrack(Track):
         return PixelClaim(
             window, logit, expected, away, pose.feet, pose.height, not seen, template
         )
+
+    def see_box(self, box: Box, stamp_ns: int) -> None:
+        """Take in where a detector saw the person; see :class:`.SightingCue`."""
+        if self.config.use_sightings:
+            self.sighting.see(box.scaled(self.view.scale), self.state_at(stamp_ns))
 
     def observe(
         self, likelihood: NDArray[np.uint8], claim: PixelClaim, occluder: NDArray[np.uint8] | None

@@ -109,6 +109,8 @@ def correct(
     for track in tracks:
         state = track.state_in(frame)
         if state is None:
+            # Who has begun since may have been there already.
+            people[track.pose.area.slices(view.shape[1], view.shape[0])] = 255
             continue
         alone = not any(track.is_near(other) for other in tracks if other is not track)
         learnt = track.correct(state, by_track.get(track.track_id), alone=alone)

@@ -115,13 +115,17 @@ class Slots:
 
     def witness(self, sighting: Sighting) -> None:
         """Take in whom a detector saw, if it was asked for people."""
-        if sighting.people is not None:
-            boxes = [person.box for person in sighting.people]
-            for track in self.followed():
-                there, lost = track.boxes_at(sighting.stamp_ns), track.state == LOST
-                track.attendance.add(sighting.people, there, lost=lost)
-            for other in self.bystanders.tracks:
-                other.trim(boxes, sighting.stamp_ns)
+        if sighting.people is None:
+            return
+        tracked: list[tuple[Track, tuple[Box, Box]]] = []
+        for track in self.followed():
+            there = track.boxes_at(sighting.stamp_ns)
+            track.attendance.add(sighting.people, there, lost=track.state == LOST)
+            if track.state == TRACKED:
+                tracked.append((track, there))
+        boxes = [person.box for person in sighting.people]
+        for number, box in _matches([there for _, there in tracked], boxes):
+            tracked[number][0].see_box(box, sighting.stamp_ns)
 
     def begin_given(self, scene: Scene, boxes: Sequence[Box], past: WholeView | None) -> None:
         """
@@ -283,3 +287,15 @@ class Slots:
 
     def _drop_unused(self, scene: Scene) -> None:
         scene.keep(self.views(scene))
+
+
+def _matches(people: Sequence[tuple[Box, Box]], seen: Sequence[Box]) -> list[tuple[int, Box]]:
+    """Return who was seen in which box: those of whom each is the best match of the other."""
+    overlap = np.array([[max(own.iou(box) for own in there) for box in seen] for there in people])
+    if not overlap.size:
+        return []
+    return [
+        (number, seen[best])
+        for number, best in enumerate(overlap.argmax(axis=1).tolist())
+        if overlap[number, best] >= SAME_PERSON and overlap[:, best].argmax() == number
+    ]

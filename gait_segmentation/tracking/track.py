@@ -109,8 +109,7 @@ class Track(ABC):
 
     def boxes_at(self, stamp_ns: int) -> tuple[Box, Box]:
         """Return the boxes of the body and of what can be seen in the kept frame nearest to it."""
-        state = min(self.states, key=lambda each: abs(each.frame.image.stamp_ns - stamp_ns))
-        (x, y), (now_x, now_y) = state.displacement, self.displacement
+        (x, y), (now_x, now_y) = self.state_at(stamp_ns).displacement, self.displacement
         dx, dy = (x - now_x) / self.view.scale, (y - now_y) / self.view.scale
         return self.body.shifted(dx, dy), self.box.shifted(dx, dy)
 
@@ -182,6 +181,9 @@ class Track(ABC):
         """Return how alike (0..1) the person and a first mask in some frame are."""
         return 0.0
 
+    def see_box(self, box: Box, stamp_ns: int) -> None:  # noqa: B027
+        """Take in where a detector saw the person, in source pixels in the frame of a stamp."""
+
     def fade(self, chroma: float) -> None:  # noqa: B027
         """Go on as if all that is known of the colours had the same a* and b*."""
 
@@ -196,6 +198,10 @@ class Track(ABC):
             may be in that frame; None if the mask says nothing.
         """
         return None
+
+    def state_at(self, stamp_ns: int) -> State:
+        """Return the state in the kept frame nearest to a stamp."""
+        return min(self.states, key=lambda each: abs(each.frame.image.stamp_ns - stamp_ns))
 
     def state_in(self, frame: Frame) -> State | None:
         """Return the state in a frame, None if there is none."""

@@ -12,6 +12,8 @@ import cv2
 import numpy as np
 
 from gait_segmentation.detector.lookout import Lookout
+from gait_segmentation.detector.networks import DetectorConfig, Networks
+from gait_segmentation.detector.person_detector import Detection
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import Feedback, TrackResult
 from gait_segmentation.starting import StartingConfig
@@ -100,6 +102,13 @@ def picture(
         image = np.roll(image, shift[::-1], axis=(0, 1))
         masks = [np.roll(mask, shift[::-1], axis=(0, 1)) for mask in masks]
     return image, masks
+
+
+def watched(boxes: list[Box], slots: int = 1, period: float = 0.02, **tracking) -> 'Told':
+    """Return a tracker with a detector that looks so often, and sees what is in a list."""
+    config = DetectorConfig(calm_period=period, urgent_period=period)
+    networks = Networks(lambda image: [Detection(box, 0.9) for box in boxes])
+    return Told(slots, 'detector', lookout=Lookout(config, networks), **tracking)
 
 
 class Told:

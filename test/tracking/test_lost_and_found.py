@@ -307,3 +307,16 @@ def test_a_box_ends_at_the_border_of_an_image_that_working_pixels_do_not_fit() -
     (track,) = told.tracker.tracks()
     assert track.view.shape[1] / track.view.scale > WIDTH
     assert max(result.box.right for result in results) == WIDTH
+
+
+def test_who_begins_where_they_stood_before_is_not_learnt_as_background_by_late_masks() -> None:
+    told = Told(slots=2, late=3)
+    one, two = Figure(60), Figure(110, BLUE)
+    told.start(one)
+    for number in range(20):
+        image, masks = picture([one, two])
+        if number == 10:
+            told.start(two)
+        results = told.see(image, masks)
+    assert [result.state for result in results] == ['tracked', 'tracked']
+    assert results[1].likelihood[masks[1] > 0].mean() > 200

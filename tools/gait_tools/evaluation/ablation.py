@@ -82,6 +82,7 @@ MECHANISMS = (
     Mechanism('other foreground', 'tracking.foreground_density=0'),
     Mechanism('pixel association', 'tracking.use_association=false'),
     Mechanism('tilt', 'tracking.use_tilt=false'),
+    Mechanism('sightings', 'tracking.use_sightings=false'),
     Mechanism('bystanders', 'tracking.use_bystanders=false'),
     Mechanism('stillness', 'tracking.use_stillness=false', ('plain', 'left')),
     Mechanism('search for the lost', 'tracking.patience=0'),
