@@ -130,6 +130,11 @@ class FusionTrack(Track):
         if self.config.use_sightings:
             self.sighting.see(box.scaled(self.view.scale), self.state_at(stamp_ns))
 
+    def sought_in(self, stamp_ns: int) -> tuple[Box, ...]:
+        """Return where a detector may see them: where it did last, if it did of late."""
+        box = self.sighting.box_in(self.state_at(stamp_ns))
+        return self.boxes_at(stamp_ns) if box is None else (box.scaled(1 / self.view.scale),)
+
     def observe(
         self, likelihood: NDArray[np.uint8], claim: PixelClaim, occluder: NDArray[np.uint8] | None
     ) -> None:

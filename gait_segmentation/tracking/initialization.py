@@ -39,6 +39,9 @@ _FASTEST = 6.0
 _OFF = 1.0
 """How far from where a person was lost they may have been, in body heights."""
 
+_FAR_COST = 0.08
+"""What each body height farther than that costs of the similarity."""
+
 
 def estimate_first(
     view: View,
@@ -121,12 +124,14 @@ def slot_for_found(
 
     :param start: the first mask, in the newest frame of the view.
     :returns: the number of the slot, and the track id if it is the person who was lost there,
-        who looks alike and can have come so far since, else None.
+        else None; the farther they were from there, the more alike they have to look.
     """
     lost = [(slot, track) for slot, track in enumerate(slots) if track and track.state == LOST]
     place = start.box.scaled(1 / view.scale)
-    near = [each for each in lost if _is_in_reach(place, each[1])]
-    alike = [(track.similarity(start, view.now), slot, track) for slot, track in near]
+    alike = [
+        (track.similarity(start, view.now) - _FAR_COST * _too_far(place, track), slot, track)
+        for slot, track in lost
+    ]
     similarity, slot, track = max(alike, key=itemgetter(0), default=(0.0, 0, None))
     if track is not None and similarity >= SAME_COLOURS:
         return slot, track.track_id
@@ -135,8 +140,8 @@ def slot_for_found(
     return (max(lost, key=lambda each: each[1].lost_s)[0], None) if lost else None
 
 
-def _is_in_reach(place: Box, lost: Track) -> bool:
-    """Return whether a lost person can have come to a place, in source pixels, by now."""
+def _too_far(place: Box, lost: Track) -> float:
+    """Return how much farther a place is than a lost person can have come, in body heights."""
     last = lost.body
     away = math.hypot(place.center_x - last.center_x, place.center_y - last.center_y)
-    return away <= (_OFF + _FASTEST * lost.lost_s) * last.height
+    return max(away / last.height - _OFF - _FASTEST * lost.lost_s, 0.0)

@@ -28,6 +28,7 @@ from gait_segmentation.starting.starter import (
 )
 from gait_segmentation.tracking.bystanders import Bystanders, is_near
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.cues.sighting import recognize
 from gait_segmentation.tracking.fusion import FusionTrack
 from gait_segmentation.tracking.initialization import estimate_first, slot_for_found
 from gait_segmentation.tracking.life_cycle import ENDED, next_state
@@ -117,15 +118,13 @@ class Slots:
         """Take in whom a detector saw, if it was asked for people."""
         if sighting.people is None:
             return
-        tracked: list[tuple[Track, tuple[Box, Box]]] = []
+        stamp_ns, boxes = sighting.stamp_ns, [person.box for person in sighting.people]
         for track in self.followed():
-            there = track.boxes_at(sighting.stamp_ns)
-            track.attendance.add(sighting.people, there, lost=track.state == LOST)
-            if track.state == TRACKED:
-                tracked.append((track, there))
-        boxes = [person.box for person in sighting.people]
-        for number, box in _matches([there for _, there in tracked], boxes):
-            tracked[number][0].see_box(box, sighting.stamp_ns)
+            there, lost = track.boxes_at(stamp_ns), track.state == LOST
+            track.attendance.add(sighting.people, there, lost=lost)
+        tracked = [track for track in self.followed() if track.state == TRACKED]
+        for number, box in recognize([track.sought_in(stamp_ns) for track in tracked], boxes):
+            tracked[number].see_box(box, stamp_ns)
 
     def begin_given(self, scene: Scene, boxes: Sequence[Box], past: WholeView | None) -> None:
         """
@@ -287,15 +286,3 @@ class Slots:
 
     def _drop_unused(self, scene: Scene) -> None:
         scene.keep(self.views(scene))
-
-
-def _matches(people: Sequence[tuple[Box, Box]], seen: Sequence[Box]) -> list[tuple[int, Box]]:
-    """Return who was seen in which box: those of whom each is the best match of the other."""
-    overlap = np.array([[max(own.iou(box) for own in there) for box in seen] for there in people])
-    if not overlap.size:
-        return []
-    return [
-        (number, seen[best])
-        for number, best in enumerate(overlap.argmax(axis=1).tolist())
-        if overlap[number, best] >= SAME_PERSON and overlap[:, best].argmax() == number
-    ]

@@ -184,6 +184,10 @@ class Track(ABC):
     def see_box(self, box: Box, stamp_ns: int) -> None:  # noqa: B027
         """Take in where a detector saw the person, in source pixels in the frame of a stamp."""
 
+    def sought_in(self, stamp_ns: int) -> tuple[Box, ...]:
+        """Return where a detector may see them in the frame of a stamp, in source pixels."""
+        return self.boxes_at(stamp_ns)
+
     def fade(self, chroma: float) -> None:  # noqa: B027
         """Go on as if all that is known of the colours had the same a* and b*."""
 

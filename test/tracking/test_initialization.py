@@ -160,21 +160,19 @@ def test_a_box_starts_before_what_the_camera_has_seen(auto: str) -> None:
     assert wrong[1] < 0.5 * wrong[0]
 
 
-@pytest.mark.parametrize(
-    ('coat', 'frames', 'track_id'), [(RED, 20, 1), (GREEN, 20, 2), (RED, 1, 2)]
-)
-def test_somebody_found_is_the_lost_one_only_in_the_same_clothes_and_in_reach(
-    finder: Finder, coat: tuple[int, int, int], frames: int, track_id: int
+@pytest.mark.parametrize(('coat', 'track_id'), [(RED, 1), (GREEN, 2)])
+def test_somebody_found_is_the_lost_one_only_in_the_same_clothes(
+    finder: Finder, coat: tuple[int, int, int], track_id: int
 ) -> None:
     told = Told(1, 'walk', patience=5.0)
     out = walk(Figure(260), 25, 4.0)
     finder.find(out[0])
     for figure in out:
         (result,) = told.show(figure)
-    for _ in range(frames):
+    for _ in range(5):
         (result,) = told.show()
     assert (result.state, result.track_id) == ('lost', 1)
-    # Three body heights from where the first has left, which takes half a second.
+    # Far from where the first has left.
     finder.find(Figure(60, coat))
     (result,) = told.show(Figure(60, coat))
     assert (result.state, result.track_id) == ('tracked', track_id)
@@ -199,6 +197,29 @@ def test_a_lost_person_is_found_in_a_map_though_a_box_was_given(
         states.append((result.state, result.track_id))
     assert (('tracked', 1) in states) == found
     assert {track_id for _, track_id in states} == {1}
+
+
+@pytest.mark.parametrize(
+    ('alike', 'heights', 'lost_s', 'same'),
+    [
+        (0.7, 0.5, 0.0, True),
+        (0.6, 0.5, 0.0, False),
+        (0.7, 4.0, 0.0, False),
+        (0.7, 4.0, 0.5, True),
+        (0.95, 4.0, 0.0, True),
+        (0.95, 9.0, 0.0, False),
+    ],
+)
+def test_who_can_hardly_have_come_so_far_must_look_the_more_alike(
+    alike: float, heights: float, lost_s: float, same: bool
+) -> None:
+    box = Box(10, 10, 20, 50)
+    lost = SimpleNamespace(
+        state=LOST, lost_s=lost_s, similarity=lambda *_: alike, body=box, track_id=7
+    )
+    view = SimpleNamespace(now=None, scale=0.5)
+    start = SimpleNamespace(box=box.shifted(50 * heights, 0).scaled(0.5))
+    assert slot_for_found([lost], view, start) == (0, 7 if same else None)
 
 
 def test_of_those_who_are_lost_the_one_lost_longest_makes_room() -> None:

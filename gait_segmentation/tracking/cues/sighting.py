@@ -9,11 +9,13 @@ that the track has learnt, so nothing that it knows speaks against it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.tracking.cues import Cue, CueInput, Evidence
-from gait_segmentation.tracking.track import State
+from gait_segmentation.tracking.track import SAME_PERSON, State
 
 _MARGIN = 0.1
 """How far about the box a person may be, in body heights."""
@@ -23,6 +25,12 @@ _BEYOND = -6.0
 
 _HELD_NS = 700_000_000
 """Time for which a box counts, as it goes along with the body."""
+
+_TRUSTED = 0.5
+"""Trust in a heat map above which its outline says all that a box would."""
+
+_AS_GOOD = 0.5
+"""Intersection over union, over that of the best match, from which another may be theirs, too."""
 
 
 class SightingCue(Cue):
@@ -36,18 +44,53 @@ class SightingCue(Cue):
         """Take in a box in working pixels, in the frame of a state."""
         self._seen = box, state
 
-    def evidence(self, given: CueInput) -> Evidence | None:
-        """Return what the last box says of the newest frame, see :meth:`Cue.evidence`."""
+    def box_in(self, state: State) -> Box | None:
+        """Return the last box as it has gone along with the body, None without one of late."""
         if self._seen is None:
             return None
-        box, state = self._seen
-        stamp_ns = given.view.now.image.stamp_ns
-        if stamp_ns - state.frame.image.stamp_ns > _HELD_NS:
+        box, then = self._seen
+        if state.frame.image.stamp_ns - then.frame.image.stamp_ns > _HELD_NS:
+            return None
+        (x, y), (to_x, to_y) = then.displacement, state.displacement
+        return box.shifted(to_x - x, to_y - y)
+
+    def evidence(self, given: CueInput) -> Evidence | None:
+        """Return what the last box says of the newest frame, see :meth:`Cue.evidence`."""
+        box, frame = self.box_in(given.states[-1]), given.view.now
+        if box is None or (frame.heat is not None and frame.heat_trust > _TRUSTED):
             return None
         margin = _MARGIN * box.height
         rows, columns = given.window
-        here = box.shifted(*given.moved(state)).shifted(-columns.start, -rows.start)
+        here = box.shifted(-columns.start, -rows.start)
         height, width = given.logit.shape
         logit = np.full((height, width), _BEYOND, np.float32)
         logit[here.padded(margin, margin).slices(width, height)] = 0
         return Evidence(logit)
+
+
+def recognize(people: Sequence[Sequence[Box]], seen: Sequence[Box]) -> list[tuple[int, Box]]:
+    """
+    Return who was seen, and the box about all that it may be.
+
+    That is the detection of which each is the best match of the other, and those that are nobody
+    else's and match about as well: a track that meets others may hold them, too.
+
+    :param people: the boxes in which each may be.
+    """
+    overlap = np.array([[max(own.iou(box) for own in there) for box in seen] for there in people])
+    if not overlap.size:
+        return []
+    best = {
+        number: place
+        for number, place in enumerate(overlap.argmax(axis=1).tolist())
+        if overlap[number, place] >= SAME_PERSON and overlap[:, place].argmax() == number
+    }
+    found = []
+    for number, place in best.items():
+        union = seen[place]
+        for other, box in enumerate(seen):
+            alike = overlap[number, other] >= _AS_GOOD * overlap[number, place]
+            if alike and other not in best.values():
+                union = union.union(box)
+        found.append((number, union))
+    return found

@@ -9,7 +9,7 @@ import pytest
 from gait_segmentation.geometry import Box
 from gait_segmentation.tracking import TrackingConfig
 from gait_segmentation.tracking.cues import CueInput
-from gait_segmentation.tracking.cues.sighting import SightingCue
+from gait_segmentation.tracking.cues.sighting import SightingCue, recognize
 from gait_segmentation.tracking.track import State
 from test.tracking.figures import BLUE, RED, Figure, picture, watched
 
@@ -19,8 +19,13 @@ HEIGHT = 60.0
 BOX = Box(80, 40, 30, 60)
 
 
-def state(stamp_ns: int, displacement: tuple[float, float] = (0.0, 0.0)) -> State:
-    return State(SimpleNamespace(image=SimpleNamespace(stamp_ns=stamp_ns)), displacement)
+def state(
+    stamp_ns: int, displacement: tuple[float, float] = (0.0, 0.0), trust: float | None = None
+) -> State:
+    """Return the state of a track in a frame, which has a heat map if that is trusted so far."""
+    heat = None if trust is None else np.zeros(SHAPE, np.uint8)
+    image = SimpleNamespace(stamp_ns=stamp_ns)
+    return State(SimpleNamespace(image=image, heat=heat, heat_trust=trust or 0.0), displacement)
 
 
 def beyond(cue: SightingCue, now: State) -> np.ndarray | None:
@@ -52,6 +57,54 @@ def test_an_old_box_says_nothing() -> None:
     assert beyond(cue, state(800_000_000)) is None
     cue.see(BOX, state(700_000_000))
     assert beyond(cue, state(800_000_000)).any()
+
+
+def test_a_box_says_nothing_where_a_trusted_map_shows_the_outline() -> None:
+    cue = SightingCue()
+    cue.see(BOX, state(0))
+    assert beyond(cue, state(100_000_000, trust=0.9)) is None
+    assert beyond(cue, state(100_000_000, trust=0.1)).any()
+
+
+def test_a_person_is_sought_where_the_detector_saw_them_last_if_it_did_of_late() -> None:
+    boxes: list[Box] = []
+    stays = Figure(120, RED)
+    told = watched(boxes, period=5.0)
+    told.start(stays)
+    for number in range(25):
+        seen = Box(stays.box.x - 9, stays.box.y, 50, 105)
+        boxes[:] = [seen]
+        told.show(stays)
+        (track,) = told.tracker.tracks()
+        (sought, *more) = track.sought_in(told.stamp_ns)
+        # Looked once, at the first frames.
+        if 3 <= number <= 15:
+            assert (sought.iou(seen) > 0.9, more) == (True, [])
+        elif number > 20:
+            assert (sought.iou(seen) < 0.8, len(more)) == (True, 1)
+
+
+OWN, OTHER = Box(50, 50, 40, 100), Box(150, 50, 40, 100)
+
+
+def recognized(people: list[Box], seen: list[Box]) -> list[tuple[int, Box]]:
+    return recognize([(box, box) for box in people], seen)
+
+
+def test_a_detection_is_theirs_if_each_is_the_best_match_of_the_other() -> None:
+    here, there = OWN.shifted(4, -2), OTHER.shifted(4, -2)
+    assert recognized([OWN, OTHER], [there, here]) == [(0, here), (1, there)]
+    # Two tracks, one of which is hidden.
+    assert recognized([OWN, OWN.shifted(9, 0)], [here]) == [(0, here)]
+    assert recognized([OWN], [OTHER]) == recognized([OWN], []) == recognized([], []) == []
+
+
+def test_of_two_detections_in_one_track_either_may_be_theirs() -> None:
+    track, left, right = Box(50, 50, 80, 100), Box(52, 50, 45, 100), Box(92, 60, 35, 90)
+    assert recognized([track], [left, right]) == [(0, left.union(right))]
+    # Unless it is somebody else's, or much less like them.
+    assert recognized([track, right], [left, right]) == [(0, left), (1, right)]
+    assert recognized([track], [left, Box(100, 50, 25, 40)]) == [(0, left)]
 
 
 def share_of_the_cabinet(*, neighbour: bool = False, **tracking) -> float:
