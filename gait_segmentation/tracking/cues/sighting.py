@@ -29,9 +29,6 @@ _HELD_NS = 700_000_000
 _TRUSTED = 0.5
 """Trust in a heat map above which its outline says all that a box would."""
 
-_AS_GOOD = 0.5
-"""Intersection over union, over that of the best match, from which another may be theirs, too."""
-
 
 class SightingCue(Cue):
     """Where a detector saw one person last."""
@@ -70,27 +67,15 @@ class SightingCue(Cue):
 
 def recognize(people: Sequence[Sequence[Box]], seen: Sequence[Box]) -> list[tuple[int, Box]]:
     """
-    Return who was seen, and the box about all that it may be.
-
-    That is the detection of which each is the best match of the other, and those that are nobody
-    else's and match about as well: a track that meets others may hold them, too.
+    Return who was seen in which box: those of whom each is the best match of the other.
 
     :param people: the boxes in which each may be.
     """
     overlap = np.array([[max(own.iou(box) for own in there) for box in seen] for there in people])
     if not overlap.size:
         return []
-    best = {
-        number: place
-        for number, place in enumerate(overlap.argmax(axis=1).tolist())
-        if overlap[number, place] >= SAME_PERSON and overlap[:, place].argmax() == number
-    }
-    found = []
-    for number, place in best.items():
-        union = seen[place]
-        for other, box in enumerate(seen):
-            alike = overlap[number, other] >= _AS_GOOD * overlap[number, place]
-            if alike and other not in best.values():
-                union = union.union(box)
-        found.append((number, union))
-    return found
+    return [
+        (number, seen[best])
+        for number, best in enumerate(overlap.argmax(axis=1).tolist())
+        if overlap[number, best] >= SAME_PERSON and overlap[:, best].argmax() == number
+    ]

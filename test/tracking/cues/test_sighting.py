@@ -99,14 +99,6 @@ def test_a_detection_is_theirs_if_each_is_the_best_match_of_the_other() -> None:
     assert recognized([OWN], [OTHER]) == recognized([OWN], []) == recognized([], []) == []
 
 
-def test_of_two_detections_in_one_track_either_may_be_theirs() -> None:
-    track, left, right = Box(50, 50, 80, 100), Box(52, 50, 45, 100), Box(92, 60, 35, 90)
-    assert recognized([track], [left, right]) == [(0, left.union(right))]
-    # Unless it is somebody else's, or much less like them.
-    assert recognized([track, right], [left, right]) == [(0, left), (1, right)]
-    assert recognized([track], [left, Box(100, 50, 25, 40)]) == [(0, left)]
-
-
 def share_of_the_cabinet(*, neighbour: bool = False, **tracking) -> float:
     """Return how much of a cabinet is taken, which was in the masks of somebody until now."""
     boxes: list[Box] = []
