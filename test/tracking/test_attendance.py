@@ -7,7 +7,10 @@ from gait_segmentation.detector.networks import Networks
 from gait_segmentation.detector.person_detector import Detection
 from gait_segmentation.geometry import Box
 from gait_segmentation.tracking.attendance import Attendance
+from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.slots import Slots
 from test.tracking.figures import Figure, Told, picture, walk
+from test.walkers import small_bank
 
 BOX = Box(10, 10, 40, 100)
 HERE = (Detection(BOX.shifted(5, 5), 0.4),)
@@ -176,3 +179,27 @@ def test_who_is_found_again_by_a_detector_is_soon_missed_again():
     assert states[55] == 'tracked'
     assert states[77] == 'lost'
     assert result.track_id == 1
+
+
+class Followed:
+    """A track as far as a detector is concerned."""
+
+    def __init__(self, state: str, box: Box) -> None:
+        self.state, self.attendance, self.box = state, Attendance(), box
+        self.seen_in: list[Box] = []
+
+    def boxes_at(self, stamp_ns: int) -> tuple[Box, Box]:
+        return self.box, self.box
+
+    sought_in = boxes_at
+
+    def see_box(self, box: Box, stamp_ns: int) -> None:
+        self.seen_in.append(box)
+
+
+def test_who_is_lost_takes_no_box_from_who_is_tracked(monkeypatch):
+    lost, tracked = Followed('lost', BOX), Followed('tracked', BOX.shifted(9, 0))
+    slots = Slots(small_bank(), TrackingConfig(), 1)
+    monkeypatch.setattr(slots, 'followed', lambda: [lost, tracked])
+    slots.witness(Sighting(1, (Detection(BOX, 0.9),)))
+    assert (lost.seen_in, tracked.seen_in) == ([], [BOX])
