@@ -63,3 +63,30 @@ def test_what_is_something_else_or_may_be_is_left_as_it_was(what: str) -> None:
         seen[MIDDLE] *= 0.55
     lit = relight(sums, lab_of(seen), SIGMA)
     assert np.array_equal(lit[INNER], sums[INNER])
+
+
+def in_half_the_light(spread: float = 18.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return the sums of a place, and a frame of it without noise."""
+    place = texture(1, spread)
+    return known(place), np.asarray(cv2.cvtColor(np.uint8(place / 2), cv2.COLOR_BGR2Lab))
+
+
+def test_a_speck_in_the_shadow_is_not_the_place() -> None:
+    sums, lab = in_half_the_light()
+    lab[30, 40, 0] += 30
+    lit = relight(sums, lab, SIGMA)
+    assert np.array_equal(lit[30, 40], sums[30, 40])
+    assert (lit[28:33, 42:45, 0] < 0.8 * sums[28:33, 42:45, 0]).all()
+
+
+def test_a_place_of_which_some_pixels_are_unknown_is_known_by_the_others() -> None:
+    sums, lab = in_half_the_light()
+    sums[:, ::5] = 0
+    lit = relight(sums, lab, SIGMA)
+    assert not lit[:, ::5].any()
+    assert (lit[10:50, 41:80:5, 0] < 0.8 * sums[10:50, 41:80:5, 0]).mean() > 0.9
+
+
+def test_a_texture_weaker_than_the_noise_says_nothing() -> None:
+    sums, lab = in_half_the_light(1.5)
+    assert np.array_equal(relight(sums, lab, SIGMA), sums)
