@@ -53,32 +53,38 @@ def relight(
     :param lab: (h, w, 3) uint8, the frame.
     :param sigma: standard deviation of the noise.
     """
-    planes = np.empty((*lab.shape[:2], 7), np.float32)
-    _products(sums, lab, planes)
-    about = _mean(planes)
+    # Four at a time are added up much faster than seven.
+    place, both = np.empty((2, *lab.shape[:2], 4), np.float32)
+    _products(sums, lab, place, both)
+    _average(place)
+    _average(both)
     light = np.empty((*lab.shape[:2], 2), np.float32)
-    _find_light(about, sigma, light)
+    _find_light(place, both, sigma, light)
+    _average(light)
     out = np.empty_like(sums)
-    _change_light(sums, lab, _mean(light), sigma, out)
+    _change_light(sums, lab, light, sigma, out)
     return out
 
 
-def _mean(planes: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return the mean over the square about each pixel; outside all is zero."""
+def _average(planes: NDArray[np.float32]) -> None:
+    """Take the mean over the square about each pixel; outside all is zero."""
     square = (_SIDE, _SIDE)
-    return np.asarray(cv2.boxFilter(planes, cv2.CV_32F, square, borderType=cv2.BORDER_CONSTANT))
+    cv2.boxFilter(planes, cv2.CV_32F, square, dst=planes, borderType=cv2.BORDER_CONSTANT)
 
 
-@kernel('f4[:,:,::1], u1[:,:,::1], f4[:,:,::1]', fastmath=True, error_model='numpy')
+@kernel('f4[:,:,::1], u1[:,:,::1], f4[:,:,::1], f4[:,:,::1]', fastmath=True, error_model='numpy')
 def _products(
-    sums: NDArray[np.float32], lab: NDArray[np.uint8], planes: NDArray[np.float32]
+    sums: NDArray[np.float32],
+    lab: NDArray[np.uint8],
+    place: NDArray[np.float32],
+    both: NDArray[np.float32],
 ) -> None:
-    """Fill in whether a pixel is known, its three x, and the sums of x x, x y and y y."""
+    """Fill in its three x and whether a pixel is known; the sums of x x, x y and y y."""
     zero, one, least = np.float32(0), np.float32(1), np.float32(1)
     black, gray = np.float32(_BLACK), np.float32(_GRAY)
     for row in range(lab.shape[0]):
         line, pixels = sums[row].reshape(-1), lab[row].reshape(-1)
-        result = planes[row].reshape(-1)
+        known_there, result = place[row].reshape(-1), both[row].reshape(-1)
         for col in range(lab.shape[1]):
             count = line[4 * col + 3]
             known = one if count >= least else zero
@@ -89,28 +95,38 @@ def _products(
             y = known * (np.float32(pixels[3 * col]) + black)
             y_a = known * (np.float32(pixels[3 * col + 1]) - gray)
             y_b = known * (np.float32(pixels[3 * col + 2]) - gray)
-            result[7 * col] = known
-            result[7 * col + 1] = x
-            result[7 * col + 2] = x_a
-            result[7 * col + 3] = x_b
-            result[7 * col + 4] = x * x + x_a * x_a + x_b * x_b
-            result[7 * col + 5] = x * y + x_a * y_a + x_b * y_b
-            result[7 * col + 6] = y * y + y_a * y_a + y_b * y_b
+            known_there[4 * col] = x
+            known_there[4 * col + 1] = x_a
+            known_there[4 * col + 2] = x_b
+            known_there[4 * col + 3] = known
+            result[4 * col] = x * x + x_a * x_a + x_b * x_b
+            result[4 * col + 1] = x * y + x_a * y_a + x_b * y_b
+            result[4 * col + 2] = y * y + y_a * y_a + y_b * y_b
+            result[4 * col + 3] = zero
 
 
-@kernel('f4[:,:,::1], f8, f4[:,:,::1]', fastmath=True, error_model='numpy')
-def _find_light(about: NDArray[np.float32], sigma: float, light: NDArray[np.float32]) -> None:
+@kernel('f4[:,:,::1], f4[:,:,::1], f8, f4[:,:,::1]', fastmath=True, error_model='numpy')
+def _find_light(
+    place: NDArray[np.float32],
+    both: NDArray[np.float32],
+    sigma: float,
+    light: NDArray[np.float32],
+) -> None:
     """Fill in whether the square about a pixel shows the place, and the factor of light if so."""
     zero, one, tiny = np.float32(0), np.float32(1), np.float32(1e-3)
     noise, times = np.float32(_TEXTURE * sigma * sigma), np.float32(_TEXTURE)
-    for row in range(about.shape[0]):
-        line, result = about[row].reshape(-1), light[row].reshape(-1)
-        for col in range(about.shape[1]):
-            part = max(line[7 * col], tiny)
-            x, x_a, x_b = line[7 * col + 1], line[7 * col + 2], line[7 * col + 3]
-            square, both = line[7 * col + 4], line[7 * col + 5]
-            gain = both / max(square, tiny)
-            left = max(line[7 * col + 6] - gain * both, zero)
+    for row in range(place.shape[0]):
+        line, products, result = (
+            place[row].reshape(-1),
+            both[row].reshape(-1),
+            light[row].reshape(-1),
+        )
+        for col in range(place.shape[1]):
+            x, x_a, x_b = line[4 * col], line[4 * col + 1], line[4 * col + 2]
+            part = max(line[4 * col + 3], tiny)
+            square, product = products[4 * col], products[4 * col + 1]
+            gain = product / max(square, tiny)
+            left = max(products[4 * col + 2] - gain * product, zero)
             texture = gain * gain * (square - (x * x + x_a * x_a + x_b * x_b) / part)
             same = (part >= np.float32(_LEAST_KNOWN)) & (texture > times * left)
             same &= (texture > noise * part) & (gain > np.float32(_DARKEST))
