@@ -79,7 +79,7 @@ def _products(
     place: NDArray[np.float32],
     both: NDArray[np.float32],
 ) -> None:
-    """Fill in its three x and whether a pixel is known; the sums of x x, x y and y y."""
+    """Fill in the three x of a pixel and whether it is known; the sums of x x, x y and y y."""
     zero, one, least = np.float32(0), np.float32(1), np.float32(1)
     black, gray = np.float32(_BLACK), np.float32(_GRAY)
     for row in range(lab.shape[0]):
