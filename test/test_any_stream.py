@@ -21,6 +21,7 @@ from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
 from gait_segmentation.results import Feedback
 from gait_segmentation.segmentation import PeopleSegmenter
+from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker
 from test.state import differences, remembered
 from test.walkers import box_of, clip, couple, overlap, small_bank
@@ -157,8 +158,10 @@ def test_a_mirrored_film_gives_mirrored_results(name: str, change: Any) -> None:
 
 def test_a_film_taken_elsewhere_gives_the_same_there() -> None:
     film = clip()
+    # The detector's boxes are not the same by pixels elsewhere.
+    config = PipelineConfig(starting=StartingConfig(auto_init='none'))
     pairs = [
-        played(Pipeline(CONFIGS['default'], small_bank()), frames)
+        played(Pipeline(config, small_bank()), frames)
         for frames in (film, tuple(map(elsewhere, film)))
     ]
     for one, two in zip(*pairs, strict=True):

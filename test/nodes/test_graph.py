@@ -16,8 +16,9 @@ from std_srvs.srv import Trigger
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes.camera_node import CameraNode
-from gait_segmentation.pipeline import Pipeline
+from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.ros.messages import image_message
+from gait_segmentation.starting import StartingConfig
 from gait_segmentation.streams.fields import GAIT_NAMES, TEMPLATE_NAMES, read_box, stamp_of
 from test.nodes.bench import CAMERAS, OUTPUTS, STYLES, Bench, frame, header
 from test.state import differences, remembered
@@ -209,7 +210,9 @@ def test_nodes_find_what_the_stages_find_again_in_a_bag_that_loops_and_keep_noth
     for topic, messages in bench.received.items():
         first, again = messages[: len(frames)], messages[len(frames) :]
         assert [told(each) for each in first] == [told(each) for each in again], topic
-    pipeline = Pipeline(bank=small_bank())
+    # The nodes have no detector here.
+    config = PipelineConfig(starting=StartingConfig(auto_init='walk'))
+    pipeline = Pipeline(config, small_bank())
     pipeline.initialize(box)
     for index, (each, message) in enumerate(zip(frames, bench.received['mask'], strict=False)):
         (result,) = pipeline.update(each.image, stamp_of(header(5 * index)))
