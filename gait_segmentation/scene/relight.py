@@ -80,15 +80,15 @@ def _products(
     both: NDArray[np.float32],
 ) -> None:
     """Fill in the three x of a pixel and whether it is known; the sums of x x, x y and y y."""
-    zero, one, least = np.float32(0), np.float32(1), np.float32(1)
+    zero, one = np.float32(0), np.float32(1)
     black, gray = np.float32(_BLACK), np.float32(_GRAY)
     for row in range(lab.shape[0]):
         line, pixels = sums[row].reshape(-1), lab[row].reshape(-1)
         known_there, result = place[row].reshape(-1), both[row].reshape(-1)
         for col in range(lab.shape[1]):
             count = line[4 * col + 3]
-            known = one if count >= least else zero
-            share = known / max(count, least)
+            known = one if count >= one else zero
+            share = known / max(count, one)
             x = line[4 * col] * share + known * black
             x_a = line[4 * col + 1] * share - known * gray
             x_b = line[4 * col + 2] * share - known * gray

@@ -30,7 +30,7 @@ from gait_segmentation.tracking.cues import CueInput
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
 from gait_segmentation.tracking.cues.motion import MotionCue
 from gait_segmentation.tracking.cues.sighting import SightingCue
-from gait_segmentation.tracking.likelihood import log_ratio
+from gait_segmentation.tracking.likelihood import log_ratio, place_shown
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.track import WHOLE, Silhouette, State, Track
 from gait_segmentation.tracking.visibility import (
@@ -179,9 +179,7 @@ class FusionTrack(Track):
         strangers: NDArray[np.float32] | None = None,
     ) -> NDArray[np.float32]:
         """Return ln p(person) / p(surroundings); see :func:`.likelihood.log_ratio`."""
-        # Of single pixels here and there the texture is not known.
-        whole = self.config.use_relight and window[0].step is None
-        place = self.view.background.within(window, lab if whole else None)
+        place = place_shown(self.view.background, lab, window, self.config)
         return log_ratio(lab, rows, place, self.colours, self.surroundings, self.config, strangers)
 
     @property
@@ -265,7 +263,7 @@ class FusionTrack(Track):
                 cue.calibrate(noted[1], mask[noted[0]])
         lab = frame.image.lab_part(window)
         background = self.view.background_in(frame, window)
-        place = background.within(window, lab if config.use_relight else None)
+        place = place_shown(background, lab, window, config)
         foreground = place.contradicted(lab, config.shadow_floor)
         known = place.is_sure & (foreground == 0)
         part, near = mask[window], template[window] > 127

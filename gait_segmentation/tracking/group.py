@@ -107,13 +107,11 @@ def correct(
     people = np.zeros(view.shape, np.uint8)
     around: list[Window] = []
     for track in tracks:
-        state = track.state_in(frame)
-        if state is None:
-            # Who has begun since may have been there already.
-            people[track.pose.area.slices(view.shape[1], view.shape[0])] = 255
-            continue
-        alone = not any(track.is_near(other) for other in tracks if other is not track)
-        learnt = track.correct(state, by_track.get(track.track_id), alone=alone)
+        state, learnt = track.state_in(frame), None
+        if state is not None:
+            alone = not any(track.is_near(other) for other in tracks if other is not track)
+            learnt = track.correct(state, by_track.get(track.track_id), alone=alone)
+        # Who has begun since may have been there already.
         if learnt is None:
             people[track.pose.area.slices(view.shape[1], view.shape[0])] = 255
         else:

@@ -22,6 +22,8 @@ from gait_segmentation.starting import FirstMask, estimate_first_mask
 from gait_segmentation.tracking.appearance import SAME_COLOURS
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues.heat_map import map_evidence
+from gait_segmentation.tracking.likelihood import place_shown
+from gait_segmentation.tracking.reidentification import FAR_COST
 from gait_segmentation.tracking.track import Track
 
 _FILLS = 0.7
@@ -38,9 +40,6 @@ _FASTEST = 6.0
 
 _OFF = 1.0
 """How far from where a person was lost they may have been, in body heights."""
-
-_FAR_COST = 0.08
-"""What each body height farther than that costs of the similarity."""
 
 
 def estimate_first(
@@ -69,7 +68,7 @@ def estimate_first(
     frame = view.now
     if known is not None:
         lab = frame.image.lab_part(window)
-        place = known.within(window, lab if config.use_relight else None)
+        place = place_shown(known, lab, window, config)
         evidence[window] = place.evidence(lab, config.shadow_floor)
     shown = None
     if frame.heat is not None and frame.heat_trust and not frame.heat_frames:
@@ -129,7 +128,7 @@ def slot_for_found(
     lost = [(slot, track) for slot, track in enumerate(slots) if track and track.state == LOST]
     place = start.box.scaled(1 / view.scale)
     alike = [
-        (track.similarity(start, view.now) - _FAR_COST * _too_far(place, track), slot, track)
+        (track.similarity(start, view.now) - FAR_COST * _too_far(place, track), slot, track)
         for slot, track in lost
     ]
     similarity, slot, track = max(alike, key=itemgetter(0), default=(0.0, 0, None))

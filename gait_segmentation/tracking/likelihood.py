@@ -222,6 +222,19 @@ def ratios(
             result[col] = min(max(value, -bound), bound)
 
 
+def place_shown(
+    background: BackgroundModel, lab: NDArray[np.uint8], window: Window, config: TrackingConfig
+) -> BackgroundModel:
+    """
+    Return what a window of a frame should show of the background alone, in the frame's light.
+
+    :param lab: (h, w, 3) uint8, the window of the frame.
+    :param window: rows and columns; of single pixels here and there the texture is not known.
+    """
+    relit = config.use_relight and window[0].step is None
+    return background.within(window, lab if relit else None)
+
+
 def log_ratio(
     lab: NDArray[np.uint8],
     rows: NDArray[np.float32],

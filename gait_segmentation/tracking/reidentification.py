@@ -13,7 +13,7 @@ from gait_segmentation.geometry import REACH
 from gait_segmentation.images import bounding_box, placed
 from gait_segmentation.scene.scene import Shift
 from gait_segmentation.tracking.association import PixelClaim
-from gait_segmentation.tracking.likelihood import likelihood_image
+from gait_segmentation.tracking.likelihood import likelihood_image, place_shown
 from gait_segmentation.tracking.track import Silhouette, Track
 from gait_segmentation.tracking.visibility import ALONE, LEAST_SEEN, Visibility
 
@@ -26,7 +26,7 @@ what a search must score, too, since what is hidden adds nothing.
 _SEARCH_HEIGHT = 32
 """Height of the body in the image that is searched, in pixels."""
 
-_FAR_COST = 0.08
+FAR_COST = 0.08
 """What a body height away from the expected place costs."""
 
 
@@ -76,7 +76,7 @@ def _shows(
     track.rate(visibility)
     # Who is not behind others may be beside or above something that stands there.
     lab, config = track.view.now.image.lab_part(window), track.config
-    place = track.view.background.within(window, lab if config.use_relight else None)
+    place = place_shown(track.view.background, lab, window, config)
     foreground = place.contradicted(lab, config.shadow_floor)
     visible = [visibility]
     if visibility.share > ALONE:
@@ -151,6 +151,6 @@ def find_silhouette(
     off_x, off_y = (0.5 if side % 2 else 0.0 for side in inside.shape[::-1])
     away_x = np.abs(np.arange(score.shape[1], dtype=np.float32) + np.float32(off_x - place[0]))
     away_y = np.abs(np.arange(score.shape[0], dtype=np.float32) + np.float32(off_y - place[1]))
-    score -= np.float32(_FAR_COST / height) * (away_x[None, :] + away_y[:, None])
+    score -= np.float32(FAR_COST / height) * (away_x[None, :] + away_y[:, None])
     row, column = divmod(int(score.argmax()), score.shape[1])
     return column + off_x, row + off_y, float(score[row, column])

@@ -119,10 +119,11 @@ class Slots:
         if sighting.people is None:
             return
         stamp_ns, boxes = sighting.stamp_ns, [person.box for person in sighting.people]
-        for track in self.followed():
+        followed = self.followed()
+        for track in followed:
             there, lost = track.boxes_at(stamp_ns), track.state == LOST
             track.attendance.add(sighting.people, there, lost=lost)
-        tracked = [track for track in self.followed() if track.state == TRACKED]
+        tracked = [track for track in followed if track.state == TRACKED]
         for number, box in recognize([track.sought_in(stamp_ns) for track in tracked], boxes):
             tracked[number].see_box(box, stamp_ns)
 
