@@ -124,8 +124,11 @@ class Slots:
             there, lost = track.boxes_at(stamp_ns), track.state == LOST
             track.attendance.add(sighting.people, there, lost=lost)
         tracked = [track for track in followed if track.state == TRACKED]
-        for number, box in recognize([track.sought_in(stamp_ns) for track in tracked], boxes):
-            tracked[number].see_box(box, stamp_ns)
+        sought = [track.sought_in(stamp_ns) for track in tracked]
+        for number, seen in recognize(sought, boxes):
+            person = sighting.people[seen]
+            tracked[number].stillness.vouch(person.score)
+            tracked[number].see_box(person.box, stamp_ns)
 
     def begin_given(self, scene: Scene, boxes: Sequence[Box], past: WholeView | None) -> None:
         """

@@ -21,6 +21,9 @@ _MOVES = 0.01
 _PROOF_NS = 1_000_000_000
 """Time without motion after which it is a thing, if it has to move because nobody gave its box."""
 
+_CERTAIN = 0.8
+"""Score of a detector, in a later look, from which it need not move: hardly a thing has it."""
+
 _UNLIKE = 0.9
 """Similarity of the colours below which they are not those of who moved: people change little."""
 
@@ -31,8 +34,8 @@ class Stillness:
 
     Whoever leaves uncovers what is behind them, which moves no more, and looks otherwise: a track
     that goes on with it has learnt its colours, and is as sure of it as of the person.  Somebody
-    who stands quite still looks as before.  But what looks like a person to a network, as a coat
-    on a hook does, must be seen to move once.
+    who stands quite still looks as before.  But what looks a little like a person to a network, as a
+    coat on a hook does, must be seen to move once.
     """
 
     def __init__(self, found_ns: int | None = None) -> None:
@@ -66,6 +69,11 @@ class Stillness:
             self._moved_ns, self._found_ns, self.is_doubted = stamp_ns, None, False
         self.is_thing = self._found_ns is not None and stamp_ns - self._found_ns >= _PROOF_NS
         return self._moved_ns is not None and stamp_ns - self._moved_ns >= _STILL_NS
+
+    def vouch(self, score: float) -> None:
+        """Take in how sure (0..1) a detector is of it in a look after it was found."""
+        if score >= _CERTAIN:
+            self._found_ns = None
 
     def remember(self, looks: NDArray[np.float32], stamp_ns: int) -> None:
         """Take in what a person looks like, see ``colour_signature``, in a frame they move in."""

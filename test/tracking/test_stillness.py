@@ -63,9 +63,9 @@ def test_a_picture_that_is_repeated_says_nothing_of_motion():
     assert {each.state for each in results[5:]} == {'tracked'}
 
 
-def seen_by_a_detector(*figures):
+def seen_by_a_detector(*figures, score=0.7):
     """Return what is said of a figure in each frame, which a detector sees."""
-    network = Networks(lambda image: [Detection(figure.box, 0.9)])
+    network = Networks(lambda image: [Detection(figure.box, score)])
     track, results = Told(1, 'detector', lookout=Lookout(networks=network)), []
     for number, figure in enumerate(figures):
         image, masks = picture([figure])
@@ -73,7 +73,12 @@ def seen_by_a_detector(*figures):
     return results
 
 
-def test_what_looks_like_a_person_must_be_seen_to_move():
+def test_whom_a_detector_is_certain_of_may_stand():
+    results = seen_by_a_detector(*[Figure(100)] * 100, score=0.85)
+    assert {(each.state, each.track_id) for each in results} == {('tracked', 1)}
+
+
+def test_what_looks_a_little_like_a_person_must_be_seen_to_move():
     stands = [Figure(100)] * 100
     sways = [Figure(100 + (number % 20 > 10)) for number in range(100)]
     assert {each.state for each in seen_by_a_detector(*sways)} == {'tracked'}

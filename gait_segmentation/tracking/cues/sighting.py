@@ -65,9 +65,9 @@ class SightingCue(Cue):
         return Evidence(logit)
 
 
-def recognize(people: Sequence[Sequence[Box]], seen: Sequence[Box]) -> list[tuple[int, Box]]:
+def recognize(people: Sequence[Sequence[Box]], seen: Sequence[Box]) -> list[tuple[int, int]]:
     """
-    Return who was seen in which box: those of whom each is the best match of the other.
+    Return the numbers of who was seen in which box: each is the best match of the other.
 
     :param people: the boxes in which each may be.
     """
@@ -75,7 +75,7 @@ def recognize(people: Sequence[Sequence[Box]], seen: Sequence[Box]) -> list[tupl
     if not overlap.size:
         return []
     return [
-        (number, seen[best])
+        (number, best)
         for number, best in enumerate(overlap.argmax(axis=1).tolist())
         if overlap[number, best] >= SAME_PERSON and overlap[:, best].argmax() == number
     ]

@@ -87,15 +87,15 @@ def test_a_person_is_sought_where_the_detector_saw_them_last_if_it_did_of_late()
 OWN, OTHER = Box(50, 50, 40, 100), Box(150, 50, 40, 100)
 
 
-def recognized(people: list[Box], seen: list[Box]) -> list[tuple[int, Box]]:
+def recognized(people: list[Box], seen: list[Box]) -> list[tuple[int, int]]:
     return recognize([(box, box) for box in people], seen)
 
 
 def test_a_detection_is_theirs_if_each_is_the_best_match_of_the_other() -> None:
     here, there = OWN.shifted(4, -2), OTHER.shifted(4, -2)
-    assert recognized([OWN, OTHER], [there, here]) == [(0, here), (1, there)]
+    assert recognized([OWN, OTHER], [there, here]) == [(0, 1), (1, 0)]
     # Two tracks, one of which is hidden.
-    assert recognized([OWN, OWN.shifted(9, 0)], [here]) == [(0, here)]
+    assert recognized([OWN, OWN.shifted(9, 0)], [here]) == [(0, 0)]
     assert recognized([OWN], [OTHER]) == recognized([OWN], []) == recognized([], []) == []
 
 
