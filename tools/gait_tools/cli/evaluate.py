@@ -73,7 +73,7 @@ examples
   gait_evaluate data/* --out out/eval --warm
   gait_evaluate data/* --preset paper --prior none
   gait_evaluate data/* --ablate mechanisms --out out/ablation --boxes 3 --jobs 2
-  gait_evaluate data/hall --set tracking.use_background=false --bank mine.npz
+  gait_evaluate data/hall --set segmentation.contrast=3 --bank mine.npz
   gait_evaluate data/hall --init auto --set people.max_people=1
 """
 
