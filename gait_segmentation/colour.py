@@ -232,9 +232,3 @@ class ColourModel:
             nothing = np.zeros((1, 1), np.uint16)
             one = np.ones((1, 1), np.float32)
             self.accumulate(nothing, np.zeros((1, 1), np.float32), one, 0.0)
-
-    def body_histogram(self) -> NDArray[np.float32]:
-        """Return the histogram of the whole body, (BINS^3,) float32 with sum one."""
-        whole = self._histogram.sum(axis=1)
-        total = float(whole.sum())
-        return whole / np.float32(total) if total > 0 else whole

@@ -6,6 +6,8 @@ The one declarative form of a parameter.
 Every stage has one frozen dataclass derived from :class:`StageConfig`, whose fields are made
 with :func:`parameter`.  Name, default, range, unit and description stand there and nowhere else:
 ROS parameters, the YAML file, command-line flags and the tables in the docs are made from it.
+Those named ``use_...`` leave a mechanism out, to see what it is worth: only presets and ``--set``
+name them.
 """
 
 from __future__ import annotations
@@ -47,6 +49,11 @@ class Parameter:
     choices: tuple[str, ...] | None
     fixed: bool
     read_only: bool = False
+
+    @property
+    def is_switch(self) -> bool:
+        """Return whether it only leaves a mechanism out: no parameter of nodes unless set."""
+        return self.name.startswith('use_')
 
     def allowed(self) -> str:
         """Say in words which values are allowed."""

@@ -15,16 +15,6 @@ import yaml
 
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 
-_MALLOC = {
-    'MALLOC_MMAP_THRESHOLD_': 32 << 20,
-    'MALLOC_TRIM_THRESHOLD_': 256 << 20,
-    'MALLOC_ARENA_MAX': 1,
-}
-"""
-Have glibc keep freed memory, for all threads, for the next image: to have the kernel make fresh
-pages takes several times as long as to copy the image.
-"""
-
 _PROFILE = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')
 
 
@@ -51,8 +41,6 @@ def shared_file(name: str) -> Path:
 
 def prepare(environment: MutableMapping[str, str]) -> None:
     """Prepare the environment of a process for large images; what is set already stays."""
-    for name, value in _MALLOC.items():
-        environment.setdefault(name, str(value))
     if not any(environment.get(name) for name in _PROFILE):
         for name in _PROFILE:
             environment[name] = str(shared_file('config/fastdds_shm.xml'))

@@ -42,12 +42,6 @@ Share of the smaller of a region and the expected person that both have in commo
 region is theirs.
 """
 
-_BIN_WIDTH = 16
-"""Values of a map in one bin."""
-
-_SHARES_RATE = 0.1
-"""Least share by which the shares move towards the newest mask."""
-
 
 @dataclass(frozen=True)
 class HeatMap:
@@ -225,86 +219,6 @@ class HeatMaps:
         found = max(fitting, key=lambda each: each.stamp_ns, default=None)
         trust = self._trust.update(image, stamp_ns, found)
         return found and replace(found, trust=trust)
-
-
-class MapCalibration:
-    """
-    What the values of a map mean, calibrated by the masks of a person.
-
-    For every bin of values the shares of the person's pixels and of the others that have it are
-    known, and the evidence of a pixel is the log of their ratio::
-
-        L(v) = ln (p(v | person) + floor) / (p(v | other) + floor)
-    """
-
-    def __init__(self, floor: float) -> None:
-        """
-        Begin without having seen a map.
-
-        :param floor: share of the pixels of either kind that may have any value, which limits
-            the evidence.
-        """
-        self._floor = floor
-        self.shares: NDArray[np.float64] | None = None
-        """Of the person's pixels and of the others in each bin, (2, bins)."""
-
-        self._masks = 1
-
-    @staticmethod
-    def count(values: NDArray[np.uint8], person: NDArray[np.uint8]) -> NDArray[np.float64]:
-        """
-        Return which share of the person and of the rest is in each bin, (2, bins).
-
-        :param values: (h, w) uint8, a part of a map.
-        :param person: (h, w) uint8, non-zero on the person.
-        """
-        bins, range_ = [256 // _BIN_WIDTH], [0.0, 256.0]
-        own, all_ = (
-            cv2.calcHist([values], [0], part, bins, range_).ravel() for part in (person, None)
-        )
-        return _normalized(np.stack([own, all_ - own]))
-
-    def assume_probabilities(self, values: NDArray[np.uint8]) -> None:
-        """Begin with the values of a map, (h, w) uint8, as probabilities."""
-        counts = cv2.calcHist([values], [0], None, [256], [0.0, 256.0]).ravel()
-        likely = (np.arange(256) + 0.5) / 256
-        fine = np.stack([likely * counts, (1 - likely) * counts])
-        self.shares = _normalized(fine.reshape(2, -1, _BIN_WIDTH).sum(axis=2))
-
-    def add_mask(self, values: NDArray[np.uint8], person: NDArray[np.uint8]) -> None:
-        """Update the shares with a map and the mask of its frame; see :meth:`count`."""
-        shares = self.count(values, person)
-        if not shares.any(axis=1).all():
-            return
-        if self.shares is None:
-            self.shares = shares
-        else:
-            # What was known before any mask is worth one.
-            self._masks += 1
-            rate = max(_SHARES_RATE, 1 / self._masks)
-            self.shares = self.shares + rate * (shares - self.shares)
-
-    def evidence(self, values: NDArray[np.uint8], weight: float = 1.0) -> NDArray[np.float32]:
-        """
-        Return the log-likelihood ratios of the person, 0 if nothing is known of the map.
-
-        :param values: (h, w) uint8, a part of the map; the result is as large, float32.
-        """
-        if self.shares is None or not weight:
-            return np.zeros(values.shape, np.float32)
-        person, other = self.shares + self._floor
-        table = np.repeat(weight * np.log(person / other), _BIN_WIDTH).astype(np.float32)
-        return np.asarray(cv2.LUT(values, table))
-
-
-def _normalized(counts: NDArray[Any]) -> NDArray[np.float64]:
-    sums = counts.astype(np.float64)
-    return sums / np.maximum(sums.sum(axis=1, keepdims=True), 1)
-
-
-def says_something(values: NDArray[np.uint8]) -> bool:
-    """Return whether a map, (h, w) uint8, has values in more than one bin."""
-    return int(values.max()) // _BIN_WIDTH > int(values.min()) // _BIN_WIDTH
 
 
 def heat_map_of(array: NDArray[Any]) -> NDArray[np.uint8]:

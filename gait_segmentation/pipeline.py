@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 
 from gait_segmentation.detector.lookout import Lookout
 from gait_segmentation.detector.networks import DetectorConfig
-from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import heat_map_of
-from gait_segmentation.images import check_image, check_map, same_proportions
+from gait_segmentation.images import check_image
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import Feedback, MatchResult, SegmentationResult, TrackResult
@@ -122,7 +121,7 @@ class Pipeline:
         )
         self.matcher = PeopleMatcher(self.bank, config.matching, max_people=slots, threads=threads)
         self.segmenter = PeopleSegmenter(config.segmentation, max_people=slots, threads=threads)
-        self._held: HeldFrames[tuple[NDArray[np.uint8], list[TrackResult], bool]] = HeldFrames()
+        self._held: HeldFrames[tuple[NDArray[np.uint8], list[TrackResult]]] = HeldFrames()
         self._feedback: list[tuple[list[Feedback], dict[str, float]]] = []
         self._stamps = Stamps()
         self.stale = 0
@@ -153,7 +152,6 @@ class Pipeline:
         self,
         image: NDArray[np.uint8],
         stamp_ns: int,
-        likelihood: NDArray[np.uint8] | None = None,
         heat_map: NDArray[Any] | None = None,
         *,
         learn: bool = True,
@@ -167,8 +165,6 @@ class Pipeline:
         :param image: (H, W, 3) uint8 BGR.
         :param stamp_ns: its stamp.  If it is more than a second earlier than the one before,
             everything is reset; otherwise one that is not later is dropped and counted.
-        :param likelihood: a likelihood image to use in place of the tracker's, for every person:
-            (H, W) uint8 or smaller with the same proportions.
         :param heat_map: a heat map of people in this frame: evidence beside the
             tracker's own, see :meth:`add_heat_map`.
         :param learn: whether to learn from the results at once.  Who has to hand them on first
@@ -180,8 +176,6 @@ class Pipeline:
         started = self._clock()
         check_image(image)
         check_stamp(stamp_ns)
-        if likelihood is not None:
-            _check_likelihood(likelihood, image)
         order = self._stamps.order(stamp_ns)
         if order is Order.STALE:
             self.stale += 1
@@ -194,16 +188,12 @@ class Pipeline:
             self.reset(waiting=False)
         tracks = self.tracker.update(image, stamp_ns, heat_map)
         self._stamps.newest_ns = stamp_ns
-        waits = self.config.matching.lag > 0
-        if likelihood is not None:
-            likelihood = likelihood.copy() if waits else likelihood
-            tracks = [replace(track, likelihood=likelihood) for track in tracks]
         tracked = self._clock()
         matches = self.matcher.update(tracks, source_size=(image.shape[1], image.shape[0]))
         matched = self._clock()
         # Until then the caller may have filled its buffer again.
-        kept = image.copy() if waits else image
-        self._held.hold(stamp_ns, (kept, tracks, likelihood is not None))
+        kept = image.copy() if self.config.matching.lag > 0 else image
+        self._held.hold(stamp_ns, (kept, tracks))
         times = {'tracking': tracked - started, 'matching': matched - tracked}
         results = [self._finish(frame, times) for frame in matches]
         if learn:
@@ -230,10 +220,10 @@ class Pipeline:
             timings_ms['total'] += passed_ms
 
     def _finish(self, matches: Sequence[MatchResult], times: dict[str, float]) -> FrameResult:
-        image, tracks, external = self._held.take(matches[0].stamp_ns)
+        image, tracks = self._held.take(matches[0].stamp_ns)
         started = self._clock()
         likelihoods = [track.likelihood for track in tracks]
-        masks = self.segmenter.update(image, likelihoods, matches, external=external)
+        masks = self.segmenter.update(image, likelihoods, matches)
         seconds = {**times, 'segmentation': self._clock() - started}
         seconds['total'] = sum(seconds.values())
         timings_ms = {name: 1e3 * value for name, value in seconds.items()}
@@ -251,13 +241,4 @@ class Pipeline:
             masks.mask,
             masks.labels,
             timings_ms,
-        )
-
-
-def _check_likelihood(likelihood: NDArray[np.uint8], image: NDArray[np.uint8]) -> None:
-    check_map(likelihood, 'likelihood')
-    if not same_proportions(likelihood.shape, image.shape[:2]):
-        raise InputError(
-            f'likelihood must have the proportions of the image of {image.shape[1]} x '
-            f'{image.shape[0]} pixels, got {likelihood.shape[1]} x {likelihood.shape[0]}'
         )

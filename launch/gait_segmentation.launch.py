@@ -121,8 +121,7 @@ ARGUMENTS = [
 
 def generate_launch_description():
     """Return what ``ros2 launch`` is to do."""
-    # Large images need a larger shared memory segment than Fast DDS makes by default, and memory
-    # that is kept for the next one.
+    # Large images need a larger shared memory segment than Fast DDS makes by default.
     environment = dict(os.environ)
     prepare(environment)
     variables = environment.items() - os.environ.items()

@@ -24,14 +24,14 @@ def film() -> list[np.ndarray]:
 
 
 def play(
-    images: Sequence[np.ndarray], box: Box, likelihood: np.ndarray | None = None
+    images: Sequence[np.ndarray], box: Box, heat_map: np.ndarray | None = None
 ) -> list[FrameResult]:
     """Run a pipeline and check what holds of every result."""
     pipe = Pipeline(bank=small_bank())
     pipe.initialize(box)
     results = []
     for number, image in enumerate(images):
-        [result] = pipe.update(image, 10**9 + number * 33_000_000, likelihood)
+        [result] = pipe.update(image, 10**9 + number * 33_000_000, heat_map)
         found = result.people[0].segmentation
         assert found.mask.shape == image.shape[:2]
         assert set(np.unique(found.mask)) <= {0, 255}
@@ -42,11 +42,9 @@ def play(
 
 @pytest.mark.parametrize('shape', [(240, 320), (1, 1)])
 @pytest.mark.parametrize('value', [0, 255])
-def test_a_likelihood_that_says_the_same_everywhere(value: int, shape: tuple[int, int]) -> None:
+def test_a_heat_map_that_says_the_same_everywhere(value: int, shape: tuple[int, int]) -> None:
     results = play(film(), box_of(clip()[0]), np.full(shape, value, np.uint8))
-    assert all(result.mask.any() == (value > 0) for result in results)
-    if value == 0:
-        assert results[0].people[0].segmentation.reason == 'the cut found no person'
+    assert all(result.mask.any() for result in results)
 
 
 @pytest.mark.parametrize('shape', [(240, 320), (1, 1), (300, 1)])

@@ -27,7 +27,6 @@ def test_unseen_colours_have_the_floor() -> None:
     rows = np.repeat(np.linspace(0.01, 0.99, BANDS, dtype=np.float32)[:, None], 4, 1)
     colours.accumulate(bins, rows, np.zeros(bins.shape, np.float32), 1)
     assert np.all(colours.table == np.float32(1e-4))
-    assert colours.body_histogram().sum() == 0
     colours.accumulate(bins, rows, np.ones(bins.shape, np.float32), 0.15)
     assert np.all(colours.table[1:] == np.float32(1e-4))
     assert colours.table[0] == pytest.approx(np.full(BANDS, 1 + 1e-4), abs=1e-5)
@@ -99,4 +98,4 @@ def test_the_first_frame_is_taken_whole_and_later_ones_by_their_rate() -> None:
         colours.accumulate(
             np.full((1, 4), colour, np.uint16), rows, np.ones((1, 4), np.float32), 0.1
         )
-    assert colours.body_histogram()[[3, 9]] == pytest.approx([0.9, 0.1], abs=1e-4)
+    assert colours.table[[3, 9], BANDS // 2] == pytest.approx([0.9, 0.1], abs=2e-4)

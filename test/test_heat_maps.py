@@ -9,13 +9,11 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import (
     HeatMap,
     HeatMaps,
-    MapCalibration,
     MapTrust,
     alignment,
     heat_map_of,
     own_regions,
     regions,
-    says_something,
 )
 from test.walkers import clip
 
@@ -147,31 +145,3 @@ def test_the_regions_of_a_map_are_those_above_one_half_and_others_can_be_left_ou
     small = np.zeros_like(crowd)
     small[10:20, 10:14] = 255
     assert own_regions(crowd, small).all()
-
-
-HALF = np.repeat(np.array([[1, 0]], np.uint8), 8, axis=1).reshape(1, -1)
-
-
-def test_grades_are_believed_until_masks_tell_what_they_mean():
-    values = np.where(HALF > 0, 60, 10).astype(np.uint8)
-    calibration = MapCalibration(0.01)
-    assert not calibration.evidence(values).any()
-    calibration.assume_probabilities(np.array([[0, 60, 200, 255]], np.uint8))
-    asked = np.array([[0, 60, 200, 255]], np.uint8)
-    assert (np.diff(calibration.evidence(asked)[0]) > 0).all()
-    for _ in range(30):
-        calibration.add_mask(values, HALF)
-    timid = calibration.evidence(values)
-    assert (timid[HALF > 0] > 2).all()
-    assert (timid[HALF == 0] < -2).all()
-    assert np.abs(timid).max() < np.log(1.01 / 0.01)
-    np.testing.assert_allclose(calibration.evidence(values, 0.5), timid / 2, rtol=1e-5)
-    # However long it was so, it is unlearnt in some frames.
-    for _ in range(30):
-        calibration.add_mask(values, 1 - HALF)
-    assert (calibration.evidence(values)[HALF > 0] < -2).all()
-
-
-def test_a_map_of_one_grade_says_nothing():
-    assert not says_something(np.array([[0, 15]], np.uint8))
-    assert says_something(np.array([[0, 16]], np.uint8))

@@ -135,12 +135,10 @@ def test_every_frame_has_one_sound_result(data: Any) -> None:
         elif event == 11:
             image = np.zeros((*draw(SHAPES), 3), np.uint8)
         image = picture(draw(PICTURES), number, image)
-        outside = heat = None
-        if event in (9, 10):
-            shape = image.shape[:2] if event == 9 else draw(SHAPES)
-            drawn = picture(draw(PICTURES), number, np.zeros((*shape, 3), np.uint8))
-            drawn = np.ascontiguousarray(drawn[..., 0])
-            outside, heat = (drawn, None) if event == 9 else (None, drawn)
+        heat = None
+        if event == 10:
+            drawn = picture(draw(PICTURES), number, np.zeros((*draw(SHAPES), 3), np.uint8))
+            heat = np.ascontiguousarray(drawn[..., 0])
         for box in draw(st.lists(boxes(image.shape), max_size=3)) if event < 3 else ():
             pipe.initialize(box)
             pending.append(box)
@@ -149,7 +147,7 @@ def test_every_frame_has_one_sound_result(data: Any) -> None:
         results, bad = None, sum(refused(box, image.shape) for box in pending)
         while results is None:
             try:
-                results = pipe.update(image.copy(), stamp_ns, outside, heat)
+                results = pipe.update(image.copy(), stamp_ns, heat)
             except InputError:
                 # As documented: one box at a time.
                 bad -= 1

@@ -82,27 +82,6 @@ def test_stale_frames_are_dropped_and_change_nothing(lag: int) -> None:
         np.testing.assert_array_equal(one.mask, other.mask)
 
 
-def test_an_outer_likelihood_takes_the_place_of_the_trackers() -> None:
-    pipe = started()
-    rng = np.random.default_rng(0)
-    for frame in clip()[:6]:
-        noisy = np.where(rng.random(frame.masks[0].shape) < 0.15, 128, frame.masks[0])
-        [result] = pipe.update(frame.image, frame.stamp_ns, likelihood=noisy.astype(np.uint8))
-        assert overlap(result.mask, frame.truths[0]) > 0.85
-    with pytest.raises(InputError):
-        pipe.update(
-            frame.image, frame.stamp_ns + 1_000_000, likelihood=np.zeros((5, 5, 3), np.uint8)
-        )
-    with pytest.raises(
-        InputError, match='proportions of the image of 320 x 240 pixels, got 5 x 90'
-    ):
-        pipe.update(
-            frame.image, frame.stamp_ns + 1_000_000, likelihood=np.zeros((90, 5), np.uint8)
-        )
-    # Nothing was taken in, so the stamp has not been used.
-    assert len(pipe.update(frame.image, frame.stamp_ns + 1_000_000)) == 1
-
-
 def test_a_heat_map_is_evidence_beside_the_trackers_own() -> None:
     plain, told = pipeline(), pipeline()
     contrasts = []
@@ -136,8 +115,8 @@ def test_a_map_of_something_else_changes_nothing() -> None:
 def test_callers_may_reuse_what_they_gave_and_write_to_what_they_got(lag: int) -> None:
     box = box_of(clip()[0])
     plain, careless = pipeline(lag), pipeline(lag)
-    image, likelihood = np.empty_like(clip()[0].image), np.empty_like(clip()[0].masks[0])
-    given = [None, None, None, likelihood, None, None]
+    image, heat = np.empty_like(clip()[0].image), np.empty_like(clip()[0].masks[0])
+    given = [None, None, None, heat, None, None]
     masks = []
     for pipe in (plain, careless):
         pipe.initialize(box)
@@ -145,11 +124,11 @@ def test_callers_may_reuse_what_they_gave_and_write_to_what_they_got(lag: int) -
         for frame, outer in zip(clip()[:6], given, strict=True):
             own = frame.masks[0] // 2 + 60
             if pipe is careless:
-                image[...], likelihood[...] = frame.image, own
-                results = pipe.update(image, frame.stamp_ns, likelihood=outer)
+                image[...], heat[...] = frame.image, own
+                results = pipe.update(image, frame.stamp_ns, heat_map=outer)
             else:
                 own = None if outer is None else own
-                results = pipe.update(frame.image.copy(), frame.stamp_ns, likelihood=own)
+                results = pipe.update(frame.image.copy(), frame.stamp_ns, heat_map=own)
             for result in [*results, *(pipe.flush() if frame is clip()[5] else [])]:
                 found.append(result.mask.copy())
                 if pipe is careless:

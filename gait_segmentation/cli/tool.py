@@ -32,7 +32,6 @@ from gait_segmentation.streams.config import (
     misnamed,
     qualified,
     sections_of,
-    unused,
 )
 
 if TYPE_CHECKING:
@@ -218,14 +217,10 @@ def read_parameter_file(path: Path, settings: Settings | None = None) -> Setting
     Sections of other nodes, and parameters that only nodes have, are left out.
 
     :param settings: what holds where the file says nothing; the defaults if None.
-    :raises ConfigError: if it cannot be read, nothing in it is for a node of this package, or a
-        stage has no such parameter or value.
+    :raises ConfigError: if it cannot be read, or a stage has no such parameter or value.
     """
     settings = settings or Settings()
-    content = read_yaml(path, ConfigError)
-    if why := unused(content):
-        raise ConfigError(f'{path}: {why}')
-    for name, section in sections_of(content):
+    for name, section in sections_of(read_yaml(path, ConfigError)):
         if name not in _SECTIONS:
             continue
         given = _flat(section)

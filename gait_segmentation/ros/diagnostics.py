@@ -11,15 +11,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
-from rclpy.node import Node
 
 from gait_segmentation.streams.config import NODES, CameraConfig
-
-_LATE_MS = 250.0
-"""Latency (95th percentile) above which a node warns."""
 
 _QUIET_S = 3.0
 """Time without input after which a node is stale."""
@@ -27,8 +22,7 @@ _QUIET_S = 3.0
 _PATIENCE_S = 10.0
 """Time without input after which it is logged what is missing."""
 
-_RAW, _COMPRESSED = 'sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage'
-_SUFFIX = '/compressed'
+_IMAGES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 
 _WINDOW = 150
 """Frames that rates and latencies are taken over."""
@@ -52,7 +46,6 @@ class Statistics:
         self._arrivals: deque[float] = deque(maxlen=_WINDOW)
         self._departures: deque[float] = deque(maxlen=_WINDOW)
         self._latencies_s: deque[float] = deque(maxlen=_WINDOW)
-        self._told = (0, 0)
         self._since_s = math.nan
 
     def arrived(self, now_s: float, stamp_ns: int) -> None:
@@ -87,12 +80,6 @@ class Statistics:
         last_s = self._arrivals[-1] if self._arrivals else math.nan
         # NaN gives way to the other.
         return now_s - float(np.fmax(last_s, self._since_s))
-
-    def losses(self) -> tuple[int, int]:
-        """Return the frames dropped or stale, and those that failed, since last asked."""
-        now = (self.dropped + self.stale, self.failed)
-        before, self._told = self._told, now
-        return now[0] - before[0], now[1] - before[1]
 
     def latency_ms(self) -> tuple[float, float]:
         """Return median and 95th percentile of the time from arrival to output, NaN without."""
@@ -138,112 +125,80 @@ class Diagnostics:
         """Publish a report, or raise in the executor's thread what has ended the worker's."""
         if self._node.failure is not None:
             raise self._node.failure
-        now_s = time.monotonic()
-        self._publisher.publish(self.message(now_s, self._now(), self._missing(now_s)))
+        message = DiagnosticArray(status=[self.status(time.monotonic())])
+        message.header.stamp = self._node.get_clock().now().to_msg()
+        self._publisher.publish(message)
 
-    def message(self, now_s: float, now: Time, missing: str = '') -> DiagnosticArray:
-        """Describe how the node is doing, at a steady time, and what it misses if it is stale."""
+    def status(self, now_s: float) -> DiagnosticStatus:
+        """Describe how the node is doing at a steady time, and log what it waits for in vain."""
+        node, values = self._node, self._values(now_s)
+        text, missing = node.trouble or values['state'], ''
+        level = DiagnosticStatus.WARN if node.trouble else DiagnosticStatus.OK
+        # Nothing is expected of who is not active.
+        if values['state'] == 'active':
+            quiet_s = node.statistics.quiet_s(now_s)
+            if quiet_s > _QUIET_S:
+                missing = shortened(missing_input(node))
+                level, text = DiagnosticStatus.STALE, f'no input for {quiet_s:.0f} s: {missing}'
+                if quiet_s > _PATIENCE_S and missing != self._said:
+                    self._said = missing
+                    node.get_logger().warning(missing)
+            if twice := published_twice(node):
+                level, text = DiagnosticStatus.WARN, twice
+                node.warnings.warn('twice', twice)
+        if not missing:
+            self._said = ''
+        name = node.get_fully_qualified_name().strip('/')
+        return DiagnosticStatus(
+            level=level,
+            name=name,
+            message=text,
+            hardware_id=values.get('camera', name),
+            values=[KeyValue(key=key, value=value) for key, value in values.items()],
+        )
+
+    def _values(self, now_s: float) -> dict[str, str]:
         node, statistics = self._node, self._node.statistics
-        name, details = node.get_fully_qualified_name().strip('/'), node.status()
         (median, high), (frames, outputs) = statistics.latency_ms(), statistics.rates_hz(now_s)
-        age_s = (now.sec * 10**9 + now.nanosec - statistics.last_stamp_ns) / 1e9
-        dated = statistics.last_stamp_ns > 0 and (now.sec, now.nanosec) > (0, 0) and age_s >= 0
         counts = ('received', 'processed', 'dropped', 'stale', 'failed')
-        values = {
+        return {
             'state': node.state if node.enabled else f'{node.state}, disabled',
             'input rate (Hz)': f'{frames:.1f}',
             'output rate (Hz)': f'{outputs:.1f}',
             **{each: str(getattr(statistics, each)) for each in counts},
             'latency p50 (ms)': f'{median:.1f}',
             'latency p95 (ms)': f'{high:.1f}',
-            'age of the last stamp (s)': f'{age_s if dated else math.nan:.3f}',
-            **details,
+            'last stamp (s)': f'{statistics.last_stamp_ns / 1e9:.3f}',
+            **node.status(),
             'kernels ready': str(node.stage is not None).lower(),
+            **{
+                f'subscribers of {each.topic_name}': str(each.get_subscription_count())
+                for each in node.outputs
+            },
         }
-        for output in node.outputs:
-            values[f'subscribers of {output.topic_name}'] = str(output.get_subscription_count())
-        level, text = self._judged(values['state'], now_s, missing)
-        status = DiagnosticStatus(level=level, name=name, message=text)
-        status.hardware_id = details.get('camera', name)
-        status.values = [KeyValue(key=key, value=value) for key, value in values.items()]
-        message = DiagnosticArray(status=[status])
-        message.header.stamp = now
-        return message
-
-    def _judged(self, state: str, now_s: float, missing: str) -> tuple[bytes, str]:
-        """Return the level and what it is for; nothing is expected of who is not active."""
-        statistics, trouble = self._node.statistics, self._node.trouble
-        losses, failures = statistics.losses()
-        quiet_s, late_ms = statistics.quiet_s(now_s), statistics.latency_ms()[1]
-        if state == 'active' and (twice := published_twice(self._node)):
-            self._node.warnings.warn('twice', twice)
-            return DiagnosticStatus.WARN, twice
-        if state == 'active' and quiet_s > _QUIET_S:
-            text = f'no input for {quiet_s:.0f} s'
-            return DiagnosticStatus.STALE, text + f': {missing}' * bool(missing)
-        if state == 'active' and not statistics.received:
-            return DiagnosticStatus.OK, 'active, no input yet'
-        if failures:
-            trouble = f'{failures} frames could not be used since the last report'
-        elif losses:
-            trouble = f'{losses} frames dropped or stale since the last report'
-        elif late_ms > _LATE_MS:
-            trouble = f'slow: 95 % of the outputs within {late_ms:.0f} ms'
-        return (DiagnosticStatus.WARN, trouble) if trouble else (DiagnosticStatus.OK, state)
-
-    def _now(self) -> Time:
-        """Return the time of the node's clock, 0 while it is not known or below zero, and warn."""
-        try:
-            now = self._node.get_clock().now().to_msg()
-        except ValueError:
-            now = Time()
-        if not (now.sec or now.nanosec) and self._node.statistics.received:
-            self._node.warnings.warn(
-                'no time',
-                "the node's clock says nothing above zero, so ages of stamps are not known: with "
-                'use_sim_time a node must publish on /clock',
-            )
-        return now
-
-    def _missing(self, now_s: float) -> str:
-        """Return what an active node has waited for in vain, and log it when it changes."""
-        node = self._node
-        waits = node.state == 'active' and node.enabled
-        quiet_s = node.statistics.quiet_s(now_s) if waits else 0.0
-        missing = shortened(missing_input(node)) if quiet_s > _QUIET_S else ''
-        if not missing:
-            self._said = ''
-        elif quiet_s > _PATIENCE_S and missing != self._said:
-            self._said = missing
-            node.get_logger().warning(missing)
-        return missing
 
 
 def published_twice(node: Any) -> str:
     """Say which other node publishes what a GaitNode publishes, empty if none does."""
+    own = node.get_fully_qualified_name()
     for topic in (output.topic_name for output in node.outputs):
-        if node.count_publishers(topic) < 2:
-            continue
-        found = [
-            f'{each.node_namespace.rstrip("/")}/{each.node_name}'
-            for each in node.get_publishers_info_by_topic(topic)
-        ]
-        own = node.get_fully_qualified_name()
-        others = ' and '.join(sorted(set(found) - {own})) or f'another {own}'
-        return (
-            f'{others} publishes {topic}, too, so every frame has several answers: end it, or '
-            'give one of both a namespace (what was killed stays in the graph for 20 s)'
-        )
+        if node.count_publishers(topic) > 1:
+            found = {
+                f'{each.node_namespace.rstrip("/")}/{each.node_name}'
+                for each in node.get_publishers_info_by_topic(topic)
+            }
+            others = ' and '.join(sorted(found - {own})) or f'another {own}'
+            return (
+                f'{others} publishes {topic}, too, so every frame has several answers: end it, or '
+                'give one of both a namespace (what was killed stays in the graph for 20 s)'
+            )
     return ''
 
 
 def missing_input(node: Any) -> str:
-    """Say what an active GaitNode lacks: stamps, or what its camera or other nodes publish."""
-    sees = node.has(CameraConfig)
+    """Say what an active GaitNode lacks: stamps, what other nodes publish, or images."""
     if node.unstamped:
         return 'what comes has no stamp'
-    if sees and not node.count_publishers(node.resolve_topic_name(node.camera_topic)):
-        return no_images(node, node.camera_topic)
     for by, topics in node.topics.items():
         # To count publishers does not remap.
         names = map(node.resolve_topic_name, topics)
@@ -251,41 +206,17 @@ def missing_input(node: Any) -> str:
             lacking = ', '.join(sorted(absent))
             return f'nothing to do: no node publishes {lacking}; is {by} running and active?'
     waits_for = node.join and node.join.waits_for
-    silent = waits_for or ('camera' if sees else next(iter(node.topics)))
-    if silent == 'camera':
-        return no_images(node, node.camera_topic)
-    return (
-        f'nothing to do: nothing comes from {silent}; is it active and enabled, and has it images?'
+    silent = waits_for or ('camera' if node.has(CameraConfig) else next(iter(node.topics)))
+    if silent != 'camera':
+        return f'nothing comes from {silent}; is it active and enabled, and has it images?'
+    found = sorted(
+        f'{topic} ({each.topic_type})'
+        for topic, _ in node.get_topic_names_and_types()
+        for each in node.get_publishers_info_by_topic(topic)
+        if each.topic_type in _IMAGES and each.node_name not in NODES
     )
-
-
-def no_images(node: Node, topic: str) -> str:
-    """Say why there are no images on a topic, raw or compressed, and where there are some."""
-    name = node.resolve_topic_name(topic)
-    compressed = topic.endswith(_SUFFIX)
-    wanted, other = (_COMPRESSED, _RAW) if compressed else (_RAW, _COMPRESSED)
-    kinds = sorted({each.topic_type for each in node.get_publishers_info_by_topic(name)})
-    if wanted in kinds:
-        return f'no images: {name} has a publisher, but nothing comes from it'
-    if kinds:
-        return f'no images: what is published on {name} is {", ".join(kinds)}, not {wanted}'
-    sibling = name.removesuffix(_SUFFIX) if compressed else name + _SUFFIX
-    if _from_cameras(node, sibling, other):
-        way = 'raw' if compressed else 'compressed'
-        return (
-            f'no images: no node publishes {name}, but {sibling} is: set image_transport to {way}'
-        )
-    topics = sorted(each for each, _ in node.get_topic_names_and_types())
-    found = ', '.join(each for each in topics if _from_cameras(node, each, wanted))
-    text = f'no images: no node publishes {name}'
+    text = f'no images come on {node.resolve_topic_name(node.camera_topic)}'
     if not found:
-        return f'{text}; start the camera, or remap image to its topic'
-    return f'{text}, but there are images on {found}: remap image (image:=TOPIC)'
-
-
-def _from_cameras(node: Node, name: str, kind: str) -> bool:
-    """Return whether a node of another package publishes messages of a kind."""
-    return any(
-        each.topic_type == kind and each.node_name not in NODES
-        for each in node.get_publishers_info_by_topic(name)
-    )
+        return f'{text}: start the camera, or remap image to its topic'
+    there = ', '.join(found)
+    return f'{text}, there are {there}: remap image (image:=TOPIC), or set image_transport'

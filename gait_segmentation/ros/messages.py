@@ -28,7 +28,7 @@ from geometry_msgs.msg import (
 from numpy.typing import NDArray
 from sensor_msgs.msg import CompressedImage, Image, JointState
 from std_msgs.msg import ColorRGBA, Header
-from visualization_msgs.msg import ImageMarker, Marker, MarkerArray
+from visualization_msgs.msg import Marker, MarkerArray
 
 from gait_segmentation.drawing import track_colour
 from gait_segmentation.geometry import Box
@@ -73,14 +73,10 @@ def image_message(image: NDArray[np.uint8], header: Header) -> Image:
 
 
 def compressed_message(image: NDArray[np.uint8], header: Header) -> CompressedImage:
-    """Make a message of a PNG from a mask, of a JPEG from a picture, empty without pixels."""
-    grey = image.ndim == 2
-    message = CompressedImage(header=header)
-    message.format = 'mono8; png compressed ' if grey else 'bgr8; jpeg compressed bgr8'
+    """Make a message of a JPEG from a picture, empty without pixels."""
+    message = CompressedImage(header=header, format='bgr8; jpeg compressed bgr8')
     if image.size:
-        quick = [cv2.IMWRITE_PNG_COMPRESSION, 1] if grey else []
-        _, data = cv2.imencode('.png' if grey else '.jpg', image, quick)
-        message.data.frombytes(data.data.cast('B'))
+        message.data.frombytes(cv2.imencode('.jpg', image)[1].data.cast('B'))
     return message
 
 
@@ -162,18 +158,6 @@ def people_message(people: Sequence[Person], header: Header, types: Any) -> Any:
             each.results[0].pose = pose_message(location, header).pose
         found.append(each)
     return types.Detection2DArray(header=header, detections=found)
-
-
-def boxes_message(people: Sequence[Person], header: Header) -> ImageMarker:
-    """Draw the boxes of all people over the image, in the colours of their tracks."""
-    message = ImageMarker(header=header, ns='people', type=ImageMarker.LINE_LIST, scale=2.0)
-    message.action = ImageMarker.ADD if people else ImageMarker.REMOVE
-    for match, box, _ in people:
-        corners = box.corners()
-        for ends in zip(corners, (*corners[1:], corners[0]), strict=True):
-            message.points += [Point(x=float(x), y=float(y)) for x, y in ends]
-            message.outline_colors.append(_colour(match.track_id))
-    return message
 
 
 def markers_message(people: Sequence[Person], header: Header) -> MarkerArray:
@@ -309,10 +293,6 @@ def mask_topics(slots: int) -> Table:
         **own,
         **_of_slots(slots, own, lambda masks, slot: masks.people[slot]),
         'labels': (Image, lambda masks, header: image_message(masks.labels, header)),
-        'mask/compressed': (
-            CompressedImage,
-            lambda masks, header: compressed_message(masks.mask, header),
-        ),
     }
 
 
@@ -331,7 +311,6 @@ def people_topics(slots: int) -> Table:
         {'pose': (PoseWithCovarianceStamped, pose_message), 'walk': (JointState, walk_message)},
         lambda found, slot: found[1][slot],
     )
-    table['boxes'] = ImageMarker, lambda found, header: boxes_message(found[0], header)
     table['markers'] = MarkerArray, lambda found, header: markers_message(found[0], header)
     if types := detection_types():
         table['people'] = (

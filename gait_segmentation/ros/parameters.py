@@ -72,10 +72,14 @@ class NodeParameters:
         self._groups = tuple(groups)
         # Called with each new configuration.
         self._changed = changed
+        # In files or on the command line; rclpy leaves out without a word what is not declared.
+        with node.handle:
+            given = node.handle.get_parameters(RclpyParameter)
         self._abouts = {
-            qualified(group, about.name): about
+            name: about
             for group, kind in self._groups
             for about in parameters_of(kind)
+            if (name := qualified(group, about.name)) in given or not about.is_switch
         }
         # For now of any type: with its own, rclpy would refuse 1 for 1.0.
         free = ParameterDescriptor(dynamic_typing=True)
@@ -89,9 +93,6 @@ class NodeParameters:
         )
         for name, about in self._abouts.items():
             node.set_descriptor(name, descriptor(about))
-        # In files or on the command line; rclpy leaves out without a word what is not declared.
-        with node.handle:
-            given = list(node.handle.get_parameters(RclpyParameter))
         for name, meant in misnamed(given, values).items():
             hint = f': did you mean {meant}?' if meant else ''
             node.get_logger().warning(f'there is no parameter {name}{hint}')

@@ -6,35 +6,23 @@ from __future__ import annotations
 
 import argparse
 import faulthandler
-import fcntl
 import gc
 import inspect
 import os
-import re
 import signal
 import sys
 import tempfile
-import time
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
-from itertools import pairwise
-from pathlib import Path
 
 import cv2
 import rclpy
-import yaml
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.utilities import remove_ros_args
 
 from gait_segmentation.ros.lifecycle import GaitNode
-from gait_segmentation.streams.config import CameraConfig, unused
+from gait_segmentation.streams.config import CameraConfig
 
 _LONGEST_S = 4.0
 """Time that closing may take: a call into the DDS may block for ever."""
-
-_LOCK = re.compile(r'((fastrtps|fastdds)_[0-9a-z]{16})_el')
-_YOUNG_S = 10.0
-"""Age up to which a lock may not have been taken yet by the process that has just made it."""
 
 _EPILOG = """\
 exit code: 0, also after Ctrl-C; 1 if the node cannot be started; 2 if the
@@ -65,15 +53,12 @@ def run_node(make: type[GaitNode], arguments: list[str] | None = None) -> int:
     # As in services: rcl would find no place for its logs, or make a folder that is named ~.
     if not os.environ.get('HOME'):
         os.environ.setdefault('ROS_LOG_DIR', tempfile.gettempdir())
-    remove_dead_segments(Path('/dev/shm'))
     node: GaitNode | None = None
     code = 2
     try:
         rclpy.init(args=given)
         code = 1
         node = make()
-        for text in unused_files(given, node.get_name()):
-            node.get_logger().warning(text)
         if not node.start():
             # The node's log says why.
             return code
@@ -117,15 +102,6 @@ def _spin(node: GaitNode) -> None:
             node.warnings.warn('refused', f'refused: {type(error).__name__}: {error}')
 
 
-def unused_files(arguments: Sequence[str], name: str) -> Iterator[str]:
-    """Yield what to say of parameter files on a command line that set nothing for the node."""
-    for option, file in pairwise(arguments):
-        if option == '--params-file':
-            why = unused(yaml.safe_load(Path(file).read_text(encoding='utf-8')), name)
-            if why:
-                yield f'{file}: {why}'
-
-
 def silence_opencv() -> None:
     """Have OpenCV print nothing of images that it cannot decode: the node says it already."""
     # OpenCV 4 has the one, 5 the other, and some both.
@@ -144,24 +120,3 @@ def _check(make: type[GaitNode], arguments: list[str]) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.parse_args(remove_ros_args(arguments)[1:])
-
-
-def remove_dead_segments(folder: Path) -> None:
-    """
-    Remove the segments of Fast DDS whose processes are gone, as ``fastdds shm clean`` does.
-
-    Without this the memory of killed nodes stays until the next boot.  Only this user's segments
-    are looked at; a process holds the lock of its segment for as long as it lives.
-    """
-    for lock in sorted(folder.glob('*_el')):
-        named = _LOCK.fullmatch(lock.name)
-        # Another process may be cleaning up as well, and a lock that is held is an OSError.
-        with suppress(OSError):
-            about = lock.lstat()
-            if named and about.st_uid == os.geteuid() and time.time() - about.st_mtime > _YOUNG_S:
-                flags = os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC
-                with os.fdopen(os.open(lock, flags)) as held:
-                    fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                    if os.path.samestat(os.fstat(held.fileno()), lock.stat()):
-                        (folder / named[1]).unlink(missing_ok=True)
-                        lock.unlink()

@@ -58,14 +58,6 @@ class SegmentationConfig(StageConfig):
     use_refinement: bool = parameter(
         True, 'Cut again at full resolution in a narrow band about the outline.'
     )
-    use_colours: bool = parameter(
-        True,
-        'Calibrate an external likelihood, and learn the colours of person and surroundings.',
-    )
-    external_likelihood: bool = parameter(
-        False,
-        'The likelihood does not come from the tracker but from another node, such as a detector.',
-    )
     vocabulary: str = parameter(
         '',
         "File of the paper prior's vocabulary, made by gait_bank vocabulary; empty: the shipped "

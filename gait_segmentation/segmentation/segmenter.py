@@ -7,14 +7,12 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Sequence
-from copy import deepcopy
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import BANDS, ColourModel, body_rows, colour_bins
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import (
     BodyFrame,
@@ -24,7 +22,6 @@ from gait_segmentation.geometry import (
     pixel_affine,
     template_to_image,
 )
-from gait_segmentation.heat_maps import MapCalibration, says_something
 from gait_segmentation.images import (
     Window,
     check_image,
@@ -57,19 +54,11 @@ _MOST_CUT_PIXELS = 2**18
 _LARGEST = 8.0
 # Share of a frame in the running mean of the fit, which begins at 1: half a step.
 _FIT_RATE = 1 / 7
-# Share of the pixels of person and surroundings that may have any value of a likelihood from
-# outside: it cannot say more than 4.6 for or against the person.
-_CALIBRATION_FLOOR = 0.01
 _NOBODY = 'the cut found no person'
 _LARGEST_EVIDENCE = 10.0  # log-odds that what is far from the paper's template must outweigh
 _LARGEST_ODDS = 3.0  # largest log-odds that the default prior gives, before its weight
 _LOGIT = np.log((np.arange(256) + 0.5) / (255.5 - np.arange(256))).astype(np.float32)
 
-_BAND_SHARE = 0.6  # weight of a band and its neighbours beside the whole body
-_LEAST_SHARE = 1e-4  # of a colour
-_KEPT = 0.9  # weight of a frame over that of the one after it
-_MOST_COLOUR_ODDS = 4.0  # largest log-odds of a colour
-_FROM_LIKELIHOOD = 0.3  # weight of the likelihood in what is learnt beside that of the cut
 _MAP_SIDE = 96  # rows and columns of the map of the body
 _FILL = 0.75  # share of them that its height takes
 # Share of a frame in the running mean: what is likely from now on counts after fourteen frames, in
@@ -93,8 +82,6 @@ class Segmenter:
         self._start_track(0)
 
     def _start_track(self, track_id: int) -> None:
-        self._colours = LearntColours()
-        self._calibration = MapCalibration(_CALIBRATION_FLOOR)
         self._track_id = track_id
         self._fit = 1.0
         self._mean = MeanLikelihood()
@@ -106,8 +93,6 @@ class Segmenter:
         likelihood: NDArray[np.uint8],
         match: MatchResult,
         occluded: NDArray[np.uint8] | None = None,
-        *,
-        external: bool = False,
     ) -> SegmentationResult:
         """
         Segment one frame, which :class:`PeopleSegmenter` has checked.
@@ -116,7 +101,6 @@ class Segmenter:
         :param likelihood: (h, w) uint8, its foreground likelihood image at working size.
         :param match: the matched template of that frame.
         :param occluded: (H, W) uint8, non-zero where a nearer person occludes this one.
-        :param external: whether the likelihood does not come from the tracker.
         """
         if match.track_id != self._track_id:
             self._start_track(match.track_id)
@@ -146,33 +130,24 @@ class Segmenter:
             values = values.copy()
             values[shrink(occluded[crop], values.shape) > 127] = 0
         lab = cv2.cvtColor(shrink(source, values.shape), cv2.COLOR_BGR2Lab)
-        # A map of one value has nothing to calibrate.
-        learns = (external or config.external_likelihood) and config.use_colours
-        learns = learns and says_something(values)
-        evidence = self._calibrated(values) if learns else values
         prior, place = full_prior[window], body.shifted(-window[1].start, -window[0].start)
         odds, psi = self._prior_terms(prior, lab, place)
-        logit = _LOGIT[evidence]
+        logit = _LOGIT[values]
         if odds is not None:
             logit = logit + odds
-        if learns:
-            labels, logit = self._cut_by_colours(lab, evidence, logit, psi, place)
-        else:
-            labels = self._solve(lab, logit, psi)
+        labels = self._solve(lab, logit, psi)
         if config.use_support:
-            support, known = evidence.astype(np.float32) / np.float32(255), None
+            support, known = values.astype(np.float32) / np.float32(255), None
             if odds is not None:
                 support = (support + prior / np.float32(255)) / 2
                 known = (prior > 127) | self._mean.at(place, prior.shape)
             labels = keep_supported(labels, support, known, place.height)
-        if learns:
-            self._calibration.add_mask(np.ascontiguousarray(values), labels.view(np.uint8))
         found = Box.around(labels)
         if found is None:
             return self._empty(image, match, _NOBODY)
         self._last = found.shifted(window[1].start, window[0].start)
-        self._update_fit(match.similarity, labels, evidence)
-        self._mean.add_frame(evidence, place)
+        self._update_fit(match.similarity, labels, values)
+        self._mean.add_frame(values, place)
         if config.use_refinement:
             labels = refine(source, labels, logit, config.contrast)
         mask = np.zeros((height, width), np.uint8)
@@ -184,32 +159,6 @@ class Segmenter:
             # Of so little that none of it is left at full resolution, or off those before.
             return self._empty(image, match, _NOBODY)
         return SegmentationResult(match.stamp_ns, match.track_id, mask, '')
-
-    def _calibrated(self, values: NDArray[np.uint8]) -> NDArray[np.uint8]:
-        """Return a likelihood from outside as calibrated by earlier masks, (h, w) uint8."""
-        if self._calibration.shares is None:
-            self._calibration.assume_probabilities(np.ascontiguousarray(values))
-        logit = self._calibration.evidence(values)
-        return np.rint(255 / (1 + np.exp(-logit))).astype(np.uint8)
-
-    def _cut_by_colours(
-        self,
-        lab: NDArray[np.uint8],
-        evidence: NDArray[np.uint8],
-        logit: NDArray[np.float32],
-        psi: NDArray[np.float32] | None,
-        place: BodyFrame,
-    ) -> tuple[NDArray[np.bool_], NDArray[np.float32]]:
-        """Cut twice, the second time with the colours of the first cut."""
-        if not self._colours.ready:
-            self._colours.add_frame(lab, place, evidence)
-        first = self._solve(lab, logit + self._colours.odds(lab, place), psi)
-        tried = deepcopy(self._colours)
-        tried.add_frame(lab, place, evidence, first)
-        logit = logit + tried.odds(lab, place)
-        labels = self._solve(lab, logit, psi)
-        self._colours.add_frame(lab, place, evidence, labels)
-        return labels, logit
 
     def _solve(
         self, lab: NDArray[np.uint8], logit: NDArray[np.float32], psi: NDArray[np.float32] | None
@@ -318,59 +267,6 @@ def window_about(body: BodyFrame, last: Box | None, shape: tuple[int, int]) -> W
     return box.slices(shape[1], shape[0])
 
 
-class LearntColours:
-    """Running histograms of surroundings and person by height on the body, over ten frames."""
-
-    def __init__(self) -> None:
-        self._models = tuple(ColourModel(_BAND_SHARE, _LEAST_SHARE) for _ in range(2))
-        self._frames = 0
-
-    @property
-    def ready(self) -> bool:
-        """Return whether there is anything learnt."""
-        return self._frames > 0
-
-    def add_frame(
-        self,
-        lab: NDArray[np.uint8],
-        body: BodyFrame,
-        likelihood: NDArray[np.uint8],
-        labels: NDArray[np.bool_] | None = None,
-    ) -> None:
-        """
-        Update the histograms with a frame.
-
-        :param lab: (h, w, 3) uint8, the colours.
-        :param body: the body in its pixels.
-        :param likelihood: (h, w) uint8; what is about one half teaches little.
-        :param labels: (h, w) bool, the cut, which teaches more; None: there is none yet.
-        """
-        sure = likelihood * np.float32(2 / 255) - 1
-        weights = [sure**2 * (sure <= 0), sure**2 * (sure > 0)]
-        if labels is not None:
-            # Pixels that touch the person are mixtures.
-            clear = cv2.dilate(labels.view(np.uint8), np.ones((3, 3), np.uint8)) == 0
-            share = np.float32(_FROM_LIKELIHOOD)
-            weights = [
-                share * weight + (1 - share) * own
-                for weight, own in zip(weights, (clear, labels), strict=True)
-            ]
-        bins, rows = colour_bins(lab), _rows(lab, body)
-        self._frames += 1
-        rate = (1 - _KEPT) / (1 - _KEPT**self._frames)
-        for model, weight in zip(self._models, weights, strict=True):
-            model.accumulate(bins, rows, np.ascontiguousarray(weight, np.float32), rate)
-
-    def odds(self, lab: NDArray[np.uint8], body: BodyFrame) -> NDArray[np.float32]:
-        """Return log-odds, (h, w) float32, of the colours of (h, w, 3) uint8 Lab about a body."""
-        if not all(model.body_histogram().any() for model in self._models):
-            return np.zeros(lab.shape[:2], np.float32)
-        bins = colour_bins(lab)
-        bands = np.clip(_rows(lab, body) * BANDS, 0, BANDS - 1).astype(np.intp)
-        other, own = (model.table[bins, bands] for model in self._models)
-        return np.clip(np.log(own / other), -_MOST_COLOUR_ODDS, _MOST_COLOUR_ODDS)
-
-
 class MeanLikelihood:
     """
     Running mean of the likelihood in the frame of the body.
@@ -392,11 +288,6 @@ class MeanLikelihood:
         flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         now = cv2.warpAffine(likelihood, _matrix(body), (_MAP_SIDE, _MAP_SIDE), flags=flags)
         cv2.accumulateWeighted(now / np.float32(255), self._mean, _MAP_RATE)
-
-
-def _rows(lab: NDArray[np.uint8], body: BodyFrame) -> NDArray[np.float32]:
-    center = (body.center_x, body.center_y)
-    return body_rows((lab.shape[0], lab.shape[1]), (0, 0), center, body.height, body.angle)
 
 
 def _matrix(body: BodyFrame) -> NDArray[np.float64]:
@@ -480,8 +371,6 @@ class PeopleSegmenter:
         image: NDArray[np.uint8],
         likelihoods: Sequence[NDArray[np.uint8]],
         matches: Sequence[MatchResult],
-        *,
-        external: bool = False,
     ) -> PeopleMasks:
         """
         Segment one frame.
@@ -489,7 +378,6 @@ class PeopleSegmenter:
         :param image: (H, W, 3) uint8 BGR, the source frame with the stamp of the matches.
         :param likelihoods: (h, w) uint8, the foreground likelihood image of each slot.
         :param matches: the matched template of each slot.
-        :param external: whether the likelihoods do not come from the tracker.
         :raises InputError: if shapes or types do not fit, or a body makes no sense.
         """
         check_image(image)
@@ -517,7 +405,7 @@ class PeopleSegmenter:
             if match.body is not None:
                 check_body(match.body, (image.shape[1], image.shape[0]))
         tasks = [
-            functools.partial(self._cut_out, group, image, likelihoods, matches, external=external)
+            functools.partial(self._cut_out, group, image, likelihoods, matches)
             for group in _groups(matches)
         ]
         found = {slot: each for part in self._pool.run(tasks) for slot, each in part.items()}
@@ -536,8 +424,6 @@ class PeopleSegmenter:
         image: NDArray[np.uint8],
         likelihoods: Sequence[NDArray[np.uint8]],
         matches: Sequence[MatchResult],
-        *,
-        external: bool,
     ) -> dict[int, SegmentationResult]:
         """Cut out slots one after the other; those before occlude the others."""
         found: dict[int, SegmentationResult] = {}
@@ -545,7 +431,7 @@ class PeopleSegmenter:
             masks = [each.mask for other, each in found.items() if _touch(matches, slot, other)]
             occluded = functools.reduce(np.bitwise_or, masks) if masks else None
             found[slot] = self._slots[slot].segment(
-                image, likelihoods[slot], matches[slot], occluded, external=external
+                image, likelihoods[slot], matches[slot], occluded
             )
         return found
 

@@ -200,19 +200,6 @@ def sections_of(content: Any, path: str = '') -> Iterator[tuple[str, dict[str, A
             yield from sections_of(inside, f'{path}/{key}')
 
 
-def unused(content: Any, *names: str) -> str:
-    """Say why a ROS parameter file sets nothing in our nodes, or in such of these names."""
-    ours = {*NODES, '*', '**', *names}
-    if any(name in ours for name, _ in sections_of(content)):
-        return ''
-    keys = ', '.join(map(str, content)) if isinstance(content, dict) else ''
-    name = names[0] if names else NODES[-1]
-    return (
-        f'it sets nothing here: {f"its keys are {keys}" if keys else "it has no keys"}, but '
-        f'"{name}:" or "/**:" with "ros__parameters:" below it is needed'
-    )
-
-
 def qualified(group: str, name: str) -> str:
     """Return the ROS name of a parameter: those of a stage have its name in front."""
     return f'{group}.{name}' if group else name
@@ -223,19 +210,17 @@ def misnamed(given: Iterable[str], known: Collection[str]) -> dict[str, str]:
     Return which parameters given to a node are probably meant to be others that it has.
 
     Those of other nodes are no mistake, as one file may serve all: only what claims to be of a
-    stage of the node, what nearly has the name of a parameter or of a stage, or what has that of
-    a parameter behind a prefix that no node has, or none.
+    stage of the node, or nearly has the name of a parameter.
 
     :returns: from each such name to the most similar one, empty if none is.
     """
     stages = {name.rpartition('.')[0] for name in known}
     found = {}
     for name in (each for each in given if each not in known):
-        stage, _, own = name.rpartition('.')
-        if name.startswith('qos_overrides.') or stage in set(_STAGES) - stages:
+        stage = name.rpartition('.')[0]
+        if stage in set(_STAGES) - stages:
             continue
         alike = difflib.get_close_matches(name, known, n=1, cutoff=_ALIKE)
-        alike += [each for each in known if each.rpartition('.')[2] == own]
         if alike or (stage and stage in stages):
             found[name] = alike[0] if alike else ''
     return found

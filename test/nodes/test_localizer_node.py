@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from sensor_msgs.msg import CameraInfo, Image, JointState
-from visualization_msgs.msg import ImageMarker, Marker, MarkerArray
+from visualization_msgs.msg import Marker, MarkerArray
 
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.nodes.localizer_node import LocalizerNode
@@ -26,7 +26,6 @@ OUTPUTS = {
     'person_0/pose': PoseWithCovarianceStamped,
     'person_0/walk': JointState,
     'markers': MarkerArray,
-    'boxes': ImageMarker,
 }
 AWAY_M, FOCAL = 4.0, 160.0
 GROUND_Y = 1.0
@@ -94,7 +93,7 @@ def test_somebody_is_where_depth_says_and_walks_as_seen(bench: Bench) -> None:
     for index in range(40):
         places.depth.publish(depth(index))
         new = places.show(index)
-        for topic in ('person_0/pose', 'person_0/walk', 'boxes'):
+        for topic in ('person_0/pose', 'person_0/walk'):
             (message,) = new[topic]
             assert message.header == header(index)
     pose = new['person_0/pose'][0].pose
@@ -113,7 +112,6 @@ def test_somebody_is_where_depth_says_and_walks_as_seen(bench: Bench) -> None:
     assert [each.action for each in shown.markers] == [Marker.DELETEALL, *[Marker.ADD] * 3]
     assert {each.header.frame_id for each in shown.markers} == {'head_camera'}
     assert [each.id for each in shown.markers[1:]] == [7, 7, 7]
-    assert len(new['boxes'][0].points) == 8
 
 
 def test_nobody_has_no_pose_and_old_markers_go(bench: Bench) -> None:
@@ -121,7 +119,6 @@ def test_nobody_has_no_pose_and_old_markers_go(bench: Bench) -> None:
     new = places.show(0, track_id=0)
     assert (new['person_0/pose'], new['person_0/walk']) == ([], [])
     assert [each.action for each in new['markers'][0].markers] == [Marker.DELETEALL]
-    assert new['boxes'][0].action == ImageMarker.REMOVE
 
 
 def elsewhere(frame_id: str) -> Any:
@@ -144,7 +141,7 @@ NOWHERE = [
 ]
 
 
-def test_boxes_go_on_and_it_is_said_why_nobody_is_located(bench: Bench, capfd) -> None:
+def test_it_is_said_why_nobody_is_located(bench: Bench, capfd) -> None:
     places = Places(bench)
     for step, (about, changes, body, why) in enumerate(NOWHERE):
         if about is not None:
@@ -153,7 +150,7 @@ def test_boxes_go_on_and_it_is_said_why_nobody_is_located(bench: Bench, capfd) -
             places.depth.publish(depth(3 * step, **changes))
         new = places.show(3 * step, body=body)
         assert new['person_0/pose'] == []
-        assert len(new['boxes'][0].points) == 8
+        assert len(new['markers'][0].markers) == 1
         trouble = places.node.trouble
         assert trouble.startswith('located: 0 of 1, ')
         assert why in trouble
@@ -255,5 +252,5 @@ def test_a_way_that_is_not_known_is_said(
         monkeypatch.setitem(sys.modules, 'tf2_ros', None)
     places = Places(bench, info(), ground_frame='odom')
     new = places.show(0)
-    assert (len(new['boxes']), new['person_0/pose']) == (1, [])
+    assert (len(new['markers']), new['person_0/pose']) == (1, [])
     assert said in capfd.readouterr().err

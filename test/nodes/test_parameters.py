@@ -81,6 +81,18 @@ def test_off_which_yaml_reads_as_false_switches_the_search_for_walkers_off(bench
         assert put(node, 'starting.auto_init', False) == ''
 
 
+def test_switches_of_mechanisms_are_parameters_where_a_file_sets_them(bench: Bench) -> None:
+    arguments = ['--ros-args', '-p', 'tracking.use_tilt:=false']
+    bench.nodes.append(TrackerNode(context=bench.context, cli_args=arguments))
+    (node,) = bench.nodes
+    config = node.parameters.get(TrackingConfig)
+    assert (config.use_tilt, config.use_shadow) == (False, True)
+    assert [node.has_parameter(f'tracking.use_{name}') for name in ('tilt', 'shadow')] == [
+        True,
+        False,
+    ]
+
+
 def test_what_is_fixed_can_be_changed_while_the_node_is_unconfigured(bench: Bench) -> None:
     node = bench.add(TrackerNode)
     refusal = 'max_people is read when the node is configured, and it is {}: deactivate it and'

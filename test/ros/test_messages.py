@@ -33,7 +33,6 @@ from gait_segmentation.ros.messages import (
     Outputs,
     Person,
     box_message,
-    boxes_message,
     detection_types,
     gait_message,
     markers_message,
@@ -235,18 +234,10 @@ def test_everybody_is_in_one_message_with_what_is_known_by_name(store, types) ->
     assert first.results[0].pose.covariance[14] == pytest.approx(0.03)
 
 
-def test_boxes_and_markers_have_the_colours_of_the_tracks() -> None:
-    boxes = boxes_message(people(), HEADER)
-    assert (len(boxes.points), len(boxes.outline_colors)) == (16, 8)
-    assert [(p.x, p.y) for p in boxes.points[:3]] == [(10, 20), (40, 20), (40, 20)]
+def test_markers_have_the_colours_of_the_tracks() -> None:
     _, body, heading, about = markers_message(people(), HEADER).markers
-    for track_id, colours in (
-        (7, [body.color, *boxes.outline_colors[:4]]),
-        (9, boxes.outline_colors[4:]),
-    ):
-        for each in colours:
-            known = [255 * each.b, 255 * each.g, 255 * each.r]
-            assert known == pytest.approx(track_colour(track_id), abs=0.01)
+    known = [255 * body.color.b, 255 * body.color.g, 255 * body.color.r]
+    assert known == pytest.approx(track_colour(7), abs=0.01)
     assert [each.color.a for each in (body, heading, about)] == [0.5, 1.0, 1.0]
     assert (body.scale.x, body.scale.y, body.scale.z, heading.scale.x) == (0.5, 0.5, 1.75, 1.0)
     # Up is against y: the middle of the body, and words above the head.
@@ -362,20 +353,6 @@ def test_empty_answers_are_one_image_for_all_who_listen() -> None:
     assert sorted(node.topics) == ['person_0/gait', 'person_1/refined_box', 'person_1/shape_prior']
 
 
-def test_compressed_images_are_made_for_those_who_listen_alone() -> None:
-    node: Any = _Node('mask/compressed')
-    outputs = Outputs(node, mask_topics(SLOTS))
-    outputs.publish(_masks(), HEADER)
-    outputs.blank((6, 8), HEADER)
-    outputs.blank((0, 0), HEADER)
-    assert node.topics == ['mask/compressed'] * 3
-    mask, black, empty = (message for _, message in node.published)
-    assert (mask.format, mask.header) == ('mono8; png compressed ', HEADER)
-    np.testing.assert_array_equal(_decoded(mask), GREY)
-    np.testing.assert_array_equal(_decoded(black), np.zeros((6, 8)))
-    assert len(empty.data) == 0
-
-
 @pytest.mark.parametrize('heard', ['debug_image', 'debug_image/compressed'])
 def test_a_picture_goes_out_as_it_is_listened_to(heard: str) -> None:
     node: Any = _Node(heard)
@@ -384,6 +361,8 @@ def test_a_picture_goes_out_as_it_is_listened_to(heard: str) -> None:
     outputs.publish_made(HEADER, lambda: picture)
     ((topic, message),) = node.published
     assert topic == heard
+    outputs.blank((0, 0, 3), HEADER)
+    assert len(node.published[-1][1].data) == 0
     if heard != 'debug_image':
         assert message.format == 'bgr8; jpeg compressed bgr8'
         np.testing.assert_allclose(_decoded(message), picture, atol=4)

@@ -12,7 +12,6 @@ from gait_segmentation.paper.vocabulary import VocabularyError
 from gait_segmentation.results import MatchResult
 from gait_segmentation.segmentation import PeopleSegmenter, SegmentationConfig
 from gait_segmentation.segmentation.segmenter import (
-    LearntColours,
     MeanLikelihood,
     Segmenter,
     keep_supported,
@@ -106,15 +105,12 @@ def test_the_prior_fills_what_the_likelihood_lost() -> None:
 
 
 @pytest.mark.parametrize('value', [0, 255])
-@pytest.mark.parametrize('external', [False, True])
 @pytest.mark.parametrize('prior', ['none', 'default', 'paper'])
-def test_a_likelihood_that_says_nothing_gives_a_mask_or_a_reason(
-    value: int, external: bool, prior: str
-) -> None:
+def test_a_likelihood_that_says_nothing_gives_a_mask_or_a_reason(value: int, prior: str) -> None:
     segmenter = Segmenter(SegmentationConfig(prior=prior))
-    segmenter.segment(picture(), spoilt(), match(), external=external)
+    segmenter.segment(picture(), spoilt(), match())
     likelihood = np.full(SHAPE, value, np.uint8)
-    result = segmenter.segment(picture(), likelihood, match(stamp=2), external=external)
+    result = segmenter.segment(picture(), likelihood, match(stamp=2))
     assert result.mask.any() == (result.reason == '')
     assert value or not result.mask.any()
 
@@ -184,20 +180,19 @@ def test_a_bag_in_the_hand_stays_once_it_was_seen_for_some_time() -> None:
     assert segmenter.segment(picture(), likely, match(stamp=22)).mask[bag].mean() > 200
 
 
-@pytest.mark.parametrize('external', [False, True])
 @pytest.mark.parametrize('prior', ['default', 'paper'])
-def test_another_person_leaves_nothing_of_who_was_before(external: bool, prior: str) -> None:
+def test_another_person_leaves_nothing_of_who_was_before(prior: str) -> None:
     used, fresh = (PeopleSegmenter(SegmentationConfig(prior=prior)) for _ in range(2))
     beside = np.roll(person(), 20, 1)
     for stamp in range(1, 9):
         # Somebody in other colours, whom the template does not explain.
         about = match(np.roll(beside, 9, 1), stamp, similarity=0.3)
         likely = [20 + beside // 255 * np.uint8(215)]
-        used.update(255 - picture(), likely, [about], external=external)
+        used.update(255 - picture(), likely, [about])
     for stamp in (9, 10):
         other = match(stamp=stamp, track_id=2)
         for each in (used, fresh):
-            each.update(picture(), [spoilt()], [other], external=external)
+            each.update(picture(), [spoilt()], [other])
     assert differences(*(remembered(each) for each in (used, fresh))) == []
 
 
@@ -225,31 +220,6 @@ def spoilt() -> np.ndarray:
     return cv2.GaussianBlur(likelihood, (0, 0), 3)
 
 
-def test_colours_mend_a_likelihood_from_outside() -> None:
-    truth, template = person(), match(np.roll(person(), 8, 1))
-    plain = Segmenter().segment(picture(), spoilt(), template)
-    mended = Segmenter().segment(picture(), spoilt(), template, external=True)
-    told = Segmenter(SegmentationConfig(external_likelihood=True)).segment(
-        picture(), spoilt(), template
-    )
-    without = SegmentationConfig(use_colours=False)
-    off = Segmenter(without).segment(picture(), spoilt(), template, external=True)
-    assert iou(mended.mask, truth) > iou(plain.mask, truth)
-    np.testing.assert_array_equal(told.mask, mended.mask)
-    np.testing.assert_array_equal(off.mask, plain.mask)
-
-
-def test_a_timid_likelihood_from_outside_is_learnt_to_mean_the_person() -> None:
-    segmenter, truth = Segmenter(), person()
-    for stamp in range(1, 6):
-        segmenter.segment(picture(), spoilt(), match(stamp=stamp), external=True)
-    timid = np.where(truth > 0, 90, 0).astype(np.uint8)
-    found = segmenter.segment(picture(), timid, match(stamp=6), external=True)
-    assert iou(found.mask, truth) > 0.9
-    unlearnt = Segmenter(SegmentationConfig(prior='none'))
-    assert not unlearnt.segment(picture(), timid, match()).mask.any()
-
-
 def test_what_is_taken_draws_nothing_to_it() -> None:
     image = np.full((*SHAPE, 3), 77, np.uint8)
     likelihood, taken = np.full(SHAPE, 5, np.uint8), np.zeros(SHAPE, np.uint8)
@@ -272,10 +242,6 @@ def test_what_is_taken_draws_nothing_to_it() -> None:
 
 
 # What is learnt from frame to frame.
-SMALL = BodyFrame(30.0, 40.0, 60.0, 0.0)
-PERSON, GROUND = (60, 150, 110), (180, 120, 140)
-
-
 def scene(x: int, width: int = 15) -> np.ndarray:
     image = np.zeros((120, 160), np.uint8)
     image[60:80, x : x + width] = 255
@@ -293,62 +259,6 @@ def test_what_moves_with_the_body_is_likely_after_some_frames() -> None:
     assert 55 < rows.mean() < 85
     assert 105 < columns.mean() < 130
     assert 100 < len(rows) < 350
-
-
-def coloured() -> tuple[np.ndarray, np.ndarray]:
-    """Return (80, 60, 3) Lab colours and the (80, 60) bool person in them."""
-    person = np.zeros((80, 60), bool)
-    person[10:70, 20:40] = True
-    return np.where(person[:, :, None], PERSON, GROUND).astype(np.uint8), person
-
-
-def held(person: np.ndarray) -> np.ndarray:
-    """Return a likelihood that lies 4 pixels to the right and has a hole."""
-    likelihood = np.where(np.roll(person, 4, 1), 230, 25).astype(np.uint8)
-    likelihood[30:40, 20:44] = 25
-    return likelihood
-
-
-def test_colours_are_better_than_the_likelihood_they_come_from() -> None:
-    lab, person = coloured()
-    colours = LearntColours()
-    colours.add_frame(lab, SMALL, held(person))
-    odds = colours.odds(lab, SMALL)
-    assert colours.ready
-    assert ((odds > 0) == person).mean() > ((held(person) > 127) == person).mean()
-    assert (odds[15:25, 22:38] > 0).all()
-    assert (odds[:, :10] < 0).all()
-
-
-def test_a_colour_counts_most_at_the_height_at_which_it_was_seen() -> None:
-    # The ground has the colour of the coat, but only at the feet.
-    lab, person = coloured()
-    lab[50:][~person[50:]] = PERSON
-    lab[50:][person[50:]] = (20, 128, 128)
-    colours = LearntColours()
-    colours.add_frame(lab, SMALL, np.where(person, 255, 0).astype(np.uint8))
-    odds = colours.odds(np.full_like(lab, PERSON), SMALL)
-    assert (odds[15:30] > 1).all()
-    assert (odds[60:68] < -0.7).all()
-
-
-def test_after_two_frames_each_counts_about_half_and_old_colours_are_forgotten() -> None:
-    lab, person = coloured()
-    colours = LearntColours()
-    swapped = np.where(person[:, :, None], GROUND, PERSON).astype(np.uint8)
-    for number, seen in enumerate([lab] + [swapped] * 200):
-        colours.add_frame(seen, SMALL, np.where(person, 255, 0).astype(np.uint8), person)
-        assert number != 1 or np.abs(colours.odds(lab, SMALL)).max() < 0.3
-    assert ((colours.odds(lab, SMALL) < 0) == person).all()
-
-
-def test_pixels_that_touch_the_person_teach_nothing_of_the_surroundings() -> None:
-    lab, person = coloured()
-    rim, mixed = cv2.dilate(person.view(np.uint8), np.ones((3, 3))) > 0, (120, 128, 128)
-    lab[rim & ~person] = mixed
-    colours = LearntColours()
-    colours.add_frame(lab, SMALL, np.where(rim, 128, 0).astype(np.uint8), person)
-    assert np.abs(colours.odds(np.full_like(lab, mixed), SMALL)).max() < 0.5
 
 
 def test_what_is_apart_from_the_body_goes() -> None:

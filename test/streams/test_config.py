@@ -16,7 +16,6 @@ KNOWN = ['max_people', 'backlog', 'initial_box', 'tracking.use_background', 'tra
         ('tracking.use_backgrund', {'tracking.use_backgrund': 'tracking.use_background'}),
         ('tracking.nothing_of_the_kind', {'tracking.nothing_of_the_kind': ''}),
         ('traking.memori', {'traking.memori': 'tracking.memory'}),
-        ('people.max_people', {'people.max_people': 'max_people'}),
         ('use_background', {'use_background': 'tracking.use_background'}),
         # Those of ROS and of others.
         *((name, {}) for name in ('use_sim_time', 'matching.lag', 'matching.memory', 'lag')),

@@ -130,6 +130,6 @@ def test_what_looks_like_the_place_about_the_template_is_no_colour_of_the_person
         image, (mask,) = picture([Figure(97)])
         told.see(image, [cv2.dilate(mask, np.ones((size, size), np.uint8))], [mask])
         (track,) = told.tracker.tracks()
-        return track.colours.body_histogram()
+        return track.colours.table
 
     np.testing.assert_allclose(colours(7), colours(1), atol=1e-4)

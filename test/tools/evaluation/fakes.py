@@ -37,20 +37,18 @@ class FakePipeline:
         self.box = None
         self.held = []
         self.last = None
-        self.likelihoods = []
+        self.images = []
         self.heat_maps = {}
 
     def initialize(self, box):
         self.box = box
 
     def add_heat_map(self, heat_map, stamp_ns):
-        self.heat_maps[len(self.likelihoods)] = (heat_map, stamp_ns)
+        self.heat_maps[len(self.images)] = (heat_map, stamp_ns)
 
-    def update(self, image, stamp_ns, likelihood=None):
-        self.likelihoods.append(likelihood)
+    def update(self, image, stamp_ns):
+        self.images.append(image)
         mask = np.where(image[..., 2] > image[..., 1] + 60, 255, 0).astype(np.uint8)
-        if likelihood is not None:
-            mask = likelihood
         if not (mask.any() or self.config.tracking.use_stillness):
             mask = self.last
         self.last = mask.copy()

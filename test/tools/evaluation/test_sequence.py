@@ -148,18 +148,6 @@ def write_maps(walk, name, numbers, shape):
         cv2.imwrite(str(path), np.full(shape, number, np.uint8))
 
 
-def test_likelihoods_are_read_beside_the_frames(walk):
-    with pytest.raises(SequenceError, match='heat is missing'):
-        walk.likelihoods('heat')
-    write_maps(walk, 'heat', walk.numbers, (40, 48))
-    pipeline = FakePipeline()
-    run_sequence(pipeline, walk, likelihood=walk.likelihoods('heat'))
-    assert [image[0, 0] for image in pipeline.likelihoods] == list(range(8))
-    (walk.folder / 'heat/0003.png').unlink()
-    with pytest.raises(SequenceError, match=r'heat.0003\.png cannot be read'):
-        walk.likelihoods('heat')(3)
-
-
 @pytest.mark.parametrize(
     ('timing', 'own'),
     [

@@ -44,7 +44,7 @@ def test_warm_starts_and_pictures_are_made_when_asked_for(folders, made, tmp_pat
     ones = {'J': 1, 'J0': 1}
     assert report['warm'] == ones | {'per_sequence': {'a': ones, 'b': ones}}
     # The clips themselves, and starts: at 0 of each, and at 10, which sees all before.
-    assert [len(each.likelihoods) for each in made] == [6, 6, 16, 14, 16]
+    assert [len(each.images) for each in made] == [6, 6, 16, 14, 16]
     assert 'warm J' in table(report)
     assert (tmp_path / 'out' / 'b' / 'contact_sheet.png').is_file()
     assert (tmp_path / 'out' / 'a' / 'masks' / '0005.png').is_file()
@@ -131,9 +131,9 @@ def test_every_frame_is_run_from_the_first_box_on_and_late_results_fit_by_stamp(
 class Forgetful(FakePipeline):
     """Says nothing about the first frame, and nothing about the last."""
 
-    def update(self, image, stamp_ns, likelihood=None):
-        results = super().update(image, stamp_ns, likelihood)
-        return [] if len(self.likelihoods) in (1, 8) else results
+    def update(self, image, stamp_ns):
+        results = super().update(image, stamp_ns)
+        return [] if len(self.images) in (1, 8) else results
 
 
 def test_frames_without_a_result_count_as_empty(sequence):
@@ -148,8 +148,8 @@ def test_frames_without_a_result_count_as_empty(sequence):
 class Pair(FakePipeline):
     """Sees somebody else in its first slot, and the red man in its second; a third is lost."""
 
-    def update(self, image, stamp_ns, likelihood=None):
-        (result,) = super().update(image, stamp_ns, likelihood)
+    def update(self, image, stamp_ns):
+        (result,) = super().update(image, stamp_ns)
         (person,) = result.people
         other = np.zeros_like(person.segmentation.mask)
         other[6:35, 30:40] = 255

@@ -73,7 +73,7 @@ examples
   gait_evaluate data/* --out out/eval --warm
   gait_evaluate data/* --preset paper --prior none
   gait_evaluate data/* --ablate mechanisms --out out/ablation --boxes 3 --jobs 2
-  gait_evaluate data/hall --set tracking.use_background=false --bank mine.npz
+  gait_evaluate data/hall --set segmentation.contrast=3 --bank mine.npz
   gait_evaluate data/hall --init auto --set people.max_people=1
 """
 
@@ -100,8 +100,6 @@ def parser() -> argparse.ArgumentParser:
         help='also give the box at every 10th frame to a camera that has been running since the '
         "clip's first frame, and score 14 frames: J of all, J0 of the first",
     )
-    words = "take SEQUENCE_DIR/NAME/NNNN.png (grey) as likelihood in place of the tracker's"
-    add('--likelihood', default='', metavar='NAME', help=words)
     add(
         '--heat-map',
         default='',
@@ -178,11 +176,10 @@ def evaluate(options: argparse.Namespace) -> None:
     config = overridden(config, settings)
     bank = TemplateBank.load(options.bank) if options.bank is not None else None
     session = Session(
-        sequences=load_sequences(options.sequence, options.likelihood, options.heat_map),
+        sequences=load_sequences(options.sequence, options.heat_map),
         make_pipeline=partial(Pipeline, bank=bank, clock=time.perf_counter),
         clock=time.perf_counter,
         warm=options.warm,
-        likelihood=options.likelihood,
         heat_map=options.heat_map,
         auto=options.init == 'auto',
         fixed=frozenset(setting.partition('=')[0].strip() for setting in settings),
@@ -190,7 +187,7 @@ def evaluate(options: argparse.Namespace) -> None:
     with compiling(lambda text: print(f'gait_evaluate: {text}', file=sys.stderr)):
         compile_kernels()
     if options.ablate is not None:
-        told = ('preset', 'bank', 'init', 'likelihood', 'heat_map')
+        told = ('preset', 'bank', 'init', 'heat_map')
         about, written = [f'{name}={getattr(options, name)}' for name in told], ''
         given = options.boxes, options.jobs, options.spoil
         for line in ablate(session, config, [*about, *settings], options.out, *given):

@@ -58,7 +58,7 @@ def parameter_file() -> str:
         if group:
             text += f'    {group}:\n'
             indent = '      '
-        for about in parameters_of(kind):
+        for about in listed(kind):
             for line in textwrap.wrap(_comment(about), 97 - len(indent)):
                 text += f'{indent}# {line}\n'
             text += f'{indent}{about.name}: {_value(about.default)}\n'
@@ -77,7 +77,7 @@ def markdown() -> str:
             columns = ['parameter', 'default', 'allowed', *of_column, 'description']
             text += '\n' if text else ''
             text += f'## {title}\n\n{_row(columns)}|{"---|" * len(columns)}\n'
-        for about in parameters_of(kind):
+        for about in listed(kind):
             unit = f' [{about.unit}]' if about.unit else ''
             fixed = f' *({when})*' if (when := _when(about)) else ''
             name, default = qualified(group, about.name), _value(about.default)
@@ -85,6 +85,11 @@ def markdown() -> str:
             owners = [] if group else [of.replace('gait_', '')]
             text += _row([*cells, *owners, f'{about.description}{fixed}'])
     return text
+
+
+def listed(kind: type[StageConfig]) -> list[Parameter]:
+    """Return the parameters of a group but for those that only leave a mechanism out."""
+    return [about for about in parameters_of(kind) if not about.is_switch]
 
 
 def _range(about: Parameter) -> str:

@@ -46,7 +46,6 @@ def run(
     starts: Mapping[int, Iterable[Box]],
     *,
     clock: Callable[[], float],
-    likelihood: Callable[[int], NDArray[np.uint8]] | None = None,
     heat_map: Callable[[int], HeatMap | None] | None = None,
 ) -> Iterator[Outcome]:
     """Score what a pipeline makes of frames and first boxes (by frame), in their order."""
@@ -56,12 +55,11 @@ def run(
             pipeline.initialize(start)
         image = sequence.image(number)
         stamp = sequence.stamp_ns(number)
-        given = None if likelihood is None else likelihood(number)
         heat = None if heat_map is None else heat_map(number)
         started = clock()
         if heat is not None:
             pipeline.add_heat_map(heat.values, heat.stamp_ns)
-        results = pipeline.update(image, stamp, given)
+        results = pipeline.update(image, stamp)
         held.hold(stamp, (number, image.shape[:2], clock() - started))
         for frame, result in held.answered(results):
             yield _outcome(sequence, *frame, result)

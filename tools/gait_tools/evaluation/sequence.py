@@ -130,15 +130,6 @@ class Sequence:
         truth = self.truth(number)
         return None if truth is None else labels_of_truth(truth)
 
-    def likelihoods(self, name: str) -> Callable[[int], NDArray[np.uint8]] | None:
-        """Return what reads the likelihood of a frame in a folder, None for an empty name."""
-        folder = self.folder / name
-        if not name:
-            return None
-        if not folder.is_dir():
-            raise SequenceError(f'{folder} is missing, no likelihood images to read')
-        return lambda number: read_mask(folder / f'{self.frames[number].stem}.png', self.size)
-
     def heat_maps(self, name: str) -> Callable[[int], HeatMap | None] | None:
         """Return what reads the map that comes with a frame, of ``NAME[:LATE[:EVERY]]``."""
         if not name:

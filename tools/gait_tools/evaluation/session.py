@@ -31,10 +31,8 @@ WARM_EVERY, WARM_FRAMES, WARM_LEAST = 10, 14, 5
 MAP_SLOTS = 3  # slots, at least, where nobody is given but heat maps show everybody at once
 
 
-def load_sequences(
-    folders: Iterable[Path], likelihood: str = '', heat_map: str = ''
-) -> list[Sequence]:
-    """Open sequences to be scored, with likelihood images and heat maps where these are named."""
+def load_sequences(folders: Iterable[Path], heat_map: str = '') -> list[Sequence]:
+    """Open sequences to be scored, with heat maps where these are named."""
     loaded: dict[str, Sequence] = {}
     for folder in folders:
         sequence = Sequence.load(folder)
@@ -48,7 +46,6 @@ def load_sequences(
             raise SequenceError(
                 f'no mask in {folder / "masks"} has a pixel of {PERSON}, the value of a person'
             )
-        sequence.likelihoods(likelihood)
         sequence.heat_maps(heat_map)
         if sequence.name in loaded:
             raise SequenceError(
@@ -86,7 +83,6 @@ class Session:
     make_pipeline: Callable[[Any], Pipeline]
     clock: Callable[[], float]
     warm: bool = False
-    likelihood: str = ''
     heat_map: str = ''
     auto: bool = False
     fixed: frozenset[str] = frozenset()
@@ -121,7 +117,6 @@ class Session:
             numbers,
             starts,
             clock=self.clock,
-            likelihood=sequence.likelihoods(self.likelihood),
             heat_map=sequence.heat_maps(self.heat_map),
         )
 
