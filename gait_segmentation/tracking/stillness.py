@@ -34,8 +34,8 @@ class Stillness:
 
     Whoever leaves uncovers what is behind them, which moves no more, and looks otherwise: a track
     that goes on with it has learnt its colours, and is as sure of it as of the person.  Somebody
-    who stands quite still looks as before.  But what looks a little like a person to a network, as a
-    coat on a hook does, must be seen to move once.
+    who stands quite still looks as before.  But what looks a little like a person to a network, as
+    a coat on a hook does, must be seen to move once.
     """
 
     def __init__(self, found_ns: int | None = None) -> None:
