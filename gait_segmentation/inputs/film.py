@@ -14,6 +14,7 @@ import numpy as np
 from av.container import InputContainer
 from av.error import FFmpegError
 from av.video.frame import VideoFrame
+from av.video.reformatter import VideoReformatter
 from numpy.typing import NDArray
 
 from gait_segmentation.errors import InputError, SequenceError
@@ -110,6 +111,8 @@ class FilmSource(ImageSource):
         number = last_ns = 0
         end_s = 0.0
         failed = False
+        # One for all: a frame's own would be made anew each time.
+        convert = VideoReformatter()
         with self._film() as film:
             # Not by seeking: that lands on another frame in films with few key frames.
             for frame in _decoded(film):
@@ -121,7 +124,7 @@ class FilmSource(ImageSource):
                 end_s = time_s + 1 / self._fps
                 place = number if self._rate else time_s * fps
                 last_ns = stamp_ns = max(film_stamp_ns(place, fps), last_ns + LEAST_STEP_NS)
-                yield Entry(stamp_ns, stamp_ns, CAMERA, partial(_upright, frame))
+                yield Entry(stamp_ns, stamp_ns, CAMERA, partial(_upright, frame, convert))
                 number += 1
             codec = film.streams.video[0].codec_context.name
         if not number:
@@ -152,9 +155,9 @@ def _decoded(film: InputContainer) -> Iterator[VideoFrame | None]:
         yield None
 
 
-def _upright(frame: VideoFrame) -> NDArray[np.uint8]:
+def _upright(frame: VideoFrame, convert: VideoReformatter) -> NDArray[np.uint8]:
     """Return the image of a frame, turned as films of telephones ask for."""
-    image = np.asarray(frame.to_ndarray(format='bgr24'), np.uint8)
+    image = np.asarray(convert.reformat(frame, format='bgr24').to_ndarray(), np.uint8)
     matrix: Any = frame.side_data.get('DISPLAYMATRIX')
     if matrix is not None:
         across, down = np.frombuffer(matrix, np.int32)[:2]
