@@ -74,6 +74,7 @@ setup(
         (f'share/{NAME}/launch', sorted(glob('launch/*.launch.py'))),
     ],
     install_requires=[
+        'av>=12.0.0',
         'numba>=0.59.1',
         'numpy>=1.26.4',
         'opencv-python-headless>=4.6.0.66',

@@ -75,7 +75,7 @@ class InputFrame:
     problem: str = ''
 
 
-def film_stamp_ns(number: int, fps: float) -> int:
+def film_stamp_ns(number: float, fps: float) -> int:
     """Return the stamp of a frame of a film: its end, since zero stands for no stamp."""
     return round((number + 1) * 1e9 / fps)
 

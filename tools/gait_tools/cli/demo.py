@@ -14,6 +14,7 @@ import sys
 import tempfile
 import zipfile
 from contextlib import ExitStack
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -265,16 +266,13 @@ def _animate(out: Path, numbers: list[int], fps: float) -> None:
     height, width = masks[0].shape
     room = 0 if around is None else 0.1 * around.height
     part = (around or Box(0, 0, width, height)).padded(room, room).slices(width, height)
-    capture = cv2.VideoCapture(str(out / 'overlay.mp4'))
     pictures: list[Image.Image] = []
-    for index, mask in enumerate(masks):
-        shown, picture = capture.read()
-        if shown and index % 2 == 0:
-            both = [each[part] for each in (picture, cv2.cvtColor(mask, cv2.COLOR_GRAY2BGR))]
-            scale = 560 / both[0].shape[1]
-            small = cv2.resize(np.vstack(both), None, fx=scale, fy=scale)
-            pictures.append(Image.fromarray(cv2.cvtColor(small, cv2.COLOR_BGR2RGB)))
-    capture.release()
+    film = open_input(out / 'overlay.mp4')
+    for picture, mask in islice(zip(film.images(), masks, strict=False), 0, None, 2):
+        both = [each[part] for each in (picture, cv2.cvtColor(mask, cv2.COLOR_GRAY2BGR))]
+        scale = 560 / both[0].shape[1]
+        small = cv2.resize(np.vstack(both), None, fx=scale, fy=scale)
+        pictures.append(Image.fromarray(cv2.cvtColor(small, cv2.COLOR_BGR2RGB)))
     data = io.BytesIO()
     pictures[0].save(
         data, 'WEBP', save_all=True, append_images=pictures[1:], duration=round(2000 / fps),
