@@ -140,6 +140,13 @@ class Box:
         common = width * height
         return common / (self.width * self.height + other.width * other.height - common)
 
+    def common_share(self, other: Box) -> float:
+        """Return the share of the smaller of two boxes that both have in common, 0..1."""
+        width = min(self.right, other.right) - max(self.x, other.x)
+        height = min(self.bottom, other.bottom) - max(self.y, other.y)
+        smaller = min(self.width * self.height, other.width * other.height)
+        return width * height / smaller if min(width, height) > 0 else 0.0
+
     def corners(self) -> tuple[tuple[float, float], ...]:
         """Return the corners clockwise from the top left."""
         return (

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.detector.lookout import Lookout
 from gait_segmentation.detector.networks import DetectorConfig
+from gait_segmentation.detector.scheduler import DetectorScheduler
 from gait_segmentation.gait_model import TemplateBank, default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import heat_map_of
@@ -98,7 +98,7 @@ class Pipeline:
         bank: TemplateBank | None = None,
         clock: Callable[[], float] = float,
         *,
-        lookout: Lookout | None = None,
+        scheduler: DetectorScheduler | None = None,
     ) -> None:
         """
         Make a pipeline without tracks.
@@ -106,7 +106,7 @@ class Pipeline:
         :param bank: the templates; the standard bank if None.
         :param clock: seconds for ``timings_ms``, e.g. ``time.perf_counter``; without it all are
             zero, as ``float()`` is.
-        :param lookout: who looks at whole images; if None that of the configuration, in lockstep.
+        :param scheduler: what has networks look; if None that of the configuration, in lockstep.
         """
         self._clock = clock
         self.config = config = config or PipelineConfig()
@@ -117,7 +117,7 @@ class Pipeline:
             config.tracking,
             max_people=slots,
             starting=config.starting,
-            lookout=lookout or Lookout(config.detector),
+            scheduler=scheduler or DetectorScheduler(config.detector),
         )
         self.matcher = PeopleMatcher(self.bank, config.matching, max_people=slots, threads=threads)
         self.segmenter = PeopleSegmenter(config.segmentation, max_people=slots, threads=threads)

@@ -9,7 +9,7 @@ import sys
 # Whose imports are all modules with kernels that nodes call.
 import gait_segmentation.pipeline  # noqa: F401
 from gait_segmentation.cli.tool import command_parser, run_tool
-from gait_segmentation.detector.person_map import PersonMap, fetch
+from gait_segmentation.detector.person_masks import PersonMasks, fetch
 from gait_segmentation.kernels import compile_kernels
 
 _DESCRIPTION = """
@@ -31,7 +31,7 @@ example:
 def _run(*, people: bool) -> None:
     if people:
         place = fetch()
-        PersonMap(place)
+        PersonMasks(place)
         print(f'the network of people: {place}')
     compiled = compile_kernels()
     if compiled:

@@ -8,21 +8,21 @@ import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.config import StageConfig, parameter
+from gait_segmentation.detector.detection import Detection
 from gait_segmentation.detector.person_detector import (
     LEAST_SCORE,
-    Detection,
     default_detector,
     detections_of,
     resized,
 )
-from gait_segmentation.detector.person_map import PersonMap
+from gait_segmentation.detector.person_masks import PersonMasks
 from gait_segmentation.errors import DetectorError, one_line
 from gait_segmentation.images import check_image
 
@@ -56,8 +56,8 @@ class DetectorConfig(StageConfig):
     network: str = parameter(
         BOXES,
         'boxes = the detector of this package, where starting.auto_init asks for it; people = it '
-        'and a heat map of all whom it sees, by a second network that gait_warm_up --people '
-        'fetches once; FILE.onnx = a network of your own, for boxes or a heat map.',
+        'and a mask of each person, by a second network that gait_warm_up --people fetches once; '
+        'FILE.onnx = a network of your own, for boxes or a heat map.',
         fixed=True,
     )
     calm_period: float = parameter(
@@ -70,8 +70,7 @@ class DetectorConfig(StageConfig):
     )
     urgent_period: float = parameter(
         0.1,
-        'The same while nobody is tracked, somebody is lost or was not seen, or boxes are needed '
-        'for a heat map.',
+        'The same while nobody is tracked, or somebody is lost or was not seen.',
         unit='s',
         minimum=0.0,
         maximum=60.0,
@@ -79,26 +78,17 @@ class DetectorConfig(StageConfig):
     )
 
 
-class Mapper(Protocol):
-    """What makes heat maps: for each frame in turn, until it is reset."""
-
-    needs_people: bool
-    """Whether it is to be told who is there."""
-
-    def reset(self) -> None:
-        """Forget the frames so far."""
-
-    def draw(
-        self, image: NDArray[np.uint8], people: Sequence[Detection] | None
-    ) -> NDArray[np.uint8]:
-        """Return P(person), (h, w) uint8 of the whole image, (H, W, 3) uint8 BGR."""
-
-
 class Networks(NamedTuple):
-    """What says who is in an image, and what makes its heat map, if anything does."""
+    """
+    What looks at images, (H, W, 3) uint8 BGR.
+
+    ``people`` says who is in one, ``masks`` draws each of them, and ``heat_map`` all at once,
+    (h, w) uint8, P(person) of the whole image; either of the latter may not be there.
+    """
 
     people: Callable[[NDArray[np.uint8]], Sequence[Detection]]
-    mapper: Mapper | None = None
+    masks: PersonMasks | None = None
+    heat_map: Callable[[NDArray[np.uint8]], NDArray[np.uint8]] | None = None
 
 
 def open_networks(name: str) -> Networks:
@@ -106,7 +96,7 @@ def open_networks(name: str) -> Networks:
     if name == BOXES:
         return Networks(default_detector().people)
     if name == PEOPLE:
-        return Networks(default_detector().people, PersonMap())
+        return Networks(default_detector().people, PersonMasks())
     path = Path(name)
     if path.suffix != '.onnx':
         raise DetectorError(
@@ -114,7 +104,7 @@ def open_networks(name: str) -> Networks:
         )
     network = _File(path)
     if network.kind == 'map':
-        return Networks(default_detector().people, network)
+        return Networks(default_detector().people, heat_map=network.draw)
     return Networks(network.people)
 
 
@@ -146,8 +136,6 @@ def read_network(
 
 class _File:
     """A network of a user's, of a kind that the shape of its output tells."""
-
-    needs_people = False
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -222,13 +210,8 @@ class _File:
         sizes = np.exp(np.minimum(cells[:, 2:4], 20.0)) * stride
         return np.hstack([(cells[:, :2] + corner) * stride, sizes, cells[:, 4:]])
 
-    def reset(self) -> None:
-        """Go on: it sees each frame alone."""
-
-    def draw(
-        self, image: NDArray[np.uint8], people: Sequence[Detection] | None
-    ) -> NDArray[np.uint8]:
-        """Return P(person) in every pixel, see :class:`Mapper`."""
+    def draw(self, image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """Return P(person) in every pixel of an image, see :class:`Networks`."""
         scale = self._scale(image)
         found = self._seen(image, scale, rgb=True)
         found = found.reshape([each for each in found.shape if each != 1])

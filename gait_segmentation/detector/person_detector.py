@@ -8,7 +8,6 @@ import gzip
 import math
 import threading
 import zlib
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -16,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.detector.detection import Detection
 from gait_segmentation.errors import DetectorError, one_line
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import check_image
@@ -40,14 +40,6 @@ LEAST_SCORE, _NMS_OVERLAP = 0.15, 0.6
 """Score from which somebody is told of, and overlap of two boxes of one person."""
 
 
-@dataclass(frozen=True)
-class Detection:
-    """A person in an image: a tight box in pixels of the image, and how sure that is (0..1)."""
-
-    box: Box
-    score: float
-
-
 class PersonDetector:
     """Detects people in single images; may be called by several threads."""
 
@@ -59,7 +51,7 @@ class PersonDetector:
         except (OSError, EOFError, zlib.error, cv2.error) as error:
             raise DetectorError(
                 f'OpenCV {cv2.__version__} cannot load {path} ({one_line(error)}); '
-                'starting.auto_init: walk does without'
+                'starting.auto_init: none does without'
             ) from error
         self._lock = threading.Lock()
 

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import Image, RegionOfInterest
 
 from gait_segmentation.config import StageConfig
-from gait_segmentation.detector.lookout import Lookout
 from gait_segmentation.detector.networks import DetectorConfig
+from gait_segmentation.detector.scheduler import DetectorScheduler
 from gait_segmentation.errors import GaitSegmentationError, InputError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_heat_map, read_image
@@ -69,12 +69,12 @@ class CameraNode(GaitNode):
             initial_stamp_ns=start.initial_box_stamp,
         )
 
-    def make_lookout(self) -> Lookout:
+    def make_scheduler(self) -> DetectorScheduler:
         """Return who looks at whole images in a thread, so that no frame waits for them."""
-        self._lookout = Lookout(
+        self._scheduler = DetectorScheduler(
             self.parameters.get(DetectorConfig), threaded=True, clock=time.perf_counter
         )
-        return self._lookout
+        return self._scheduler
 
     def take_image(self, frame: Parts) -> tuple[NDArray[np.uint8], int]:
         """Return image and stamp of a frame, and start the tracks that begin with it (worker)."""
@@ -86,7 +86,7 @@ class CameraNode(GaitNode):
             # Start from the initial box again, as in a bag that loops.
             self.intake.armed = True
         self.intake.take(image, stamp_ns)
-        seen = self._lookout.newest
+        seen = self._scheduler.newest
         if seen is not None and seen.error:
             self.warnings.warn('detector', f'nobody is found by the detector: {seen.error}')
         if self.intake.shape != before:
@@ -128,7 +128,7 @@ class CameraNode(GaitNode):
             told = track.state if track.state == EMPTY else known
             why = f', {track.reason}' if track.reason else ''
             found[f'track of {slot_name(slot)}'] = told + why
-        seen, sees = self._lookout.newest, 'has not looked'
+        seen, sees = self._scheduler.newest, 'has not looked'
         if seen is not None:
             sees = seen.error or 'draws a map'
             if seen.people is not None:

@@ -52,7 +52,7 @@ class PipelineNode(CameraNode):
         """Make the stages and the publishers."""
         kinds = TrackingConfig, MatchingConfig, SegmentationConfig, PeopleConfig, StartingConfig
         config = PipelineConfig(*map(self.parameters.get, kinds))
-        self.stage = Pipeline(config, self.bank, lookout=self.make_lookout())
+        self.stage = Pipeline(config, self.bank, scheduler=self.make_scheduler())
         self.parts = self.stage.tracker, self.stage.matcher, self.stage.segmenter
         self.make_intake()
         self._held: HeldFrames[tuple[NDArray[np.uint8], Header]] = HeldFrames()

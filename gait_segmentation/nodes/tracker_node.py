@@ -44,7 +44,7 @@ class TrackerNode(CameraNode):
             get(TrackingConfig),
             max_people=self.slots,
             starting=get(StartingConfig),
-            lookout=self.make_lookout(),
+            scheduler=self.make_scheduler(),
         )
         self.make_intake()
         self._likelihood: tuple[int, ...] = (0, 0)

@@ -14,6 +14,7 @@ from collections import deque
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -51,21 +52,16 @@ class Frame:
     ``motion`` is how the still world moved since the frame before.  ``windows`` are the parts in
     which the background is known and learnt, disjoint.  ``blank`` tells that nothing of the scene
     can be seen: something covers the lens, the picture is damaged, or it shows another place.
-    ``heat`` is (h, w) uint8, P(person) as others see it, if they do, of ``heat_frames`` frames
-    before, which counts as far as ``heat_trust`` says.
     """
 
     image: WorkingImage
     motion: WorldMotion
     windows: list[Window]
     blank: bool = False
-    heat: NDArray[np.uint8] | None = None
-    heat_frames: int = 0
-    heat_trust: float = 0.0
 
 
 @dataclass(frozen=True)
-class Whereabouts:
+class Regions:
     """
     Where people were in the last frame of a view, in working pixels.
 
@@ -77,7 +73,19 @@ class Whereabouts:
     everywhere: bool = False
 
 
-NOWHERE = Whereabouts()
+NOWHERE = Regions()
+
+
+class ShownHeat(NamedTuple):
+    """
+    A heat map at the scale of a view: (h, w) uint8, P(person) as others see it.
+
+    It is of ``frames`` before the newest one, and counts as far as ``trust`` says (0..1).
+    """
+
+    values: NDArray[np.uint8]
+    frames: int
+    trust: float
 
 
 class View:
@@ -89,6 +97,9 @@ class View:
         self.shape = working_shape(*source, scale)
         self.background = BackgroundModel(self.shape)
         self.frames: deque[Frame] = deque(maxlen=MOST_KEPT)
+        self.heat: ShownHeat | None = None
+        """The heat map that counts in the newest frame, if there is one."""
+
         self.points = MotionEstimator()
         self._learnt: Frame | None = None
         self._people = deque[tuple[Frame, NDArray[np.uint8]]](maxlen=MOST_KEPT)
@@ -143,7 +154,7 @@ class View:
             people[area.slices(self.shape[1], self.shape[0])] = 1
         return people
 
-    def expected(self, motion: WorldMotion, where: Whereabouts) -> Expected:
+    def expected(self, motion: WorldMotion, where: Regions) -> Expected:
         """Return what is expected of the next frame."""
         windows = windows_about(() if where.everywhere else where.areas, motion, self.shape)
         return self.background.moved([motion], windows), windows
@@ -153,7 +164,6 @@ class View:
         image: WorkingImage,
         motion: WorldMotion,
         expected: Expected,
-        heat: HeatMap | None,
         *,
         blank: bool,
     ) -> None:
@@ -161,16 +171,19 @@ class View:
         background, windows = expected
         if not blank:
             self.background = background
-        stamps = [each.image.stamp_ns for each in [*self.frames][-MOTION_GAP:]]
-        stamps.append(image.stamp_ns)
+        self.frames.append(Frame(image, motion, windows, blank))
+        self.heat = None
+
+    def show(self, heat: HeatMap | None) -> None:
+        """Let a heat map count in the newest frame, if it is of that or of one shortly before."""
+        stamps = [each.image.stamp_ns for each in [*self.frames][-MOTION_GAP - 1 :]]
         if heat is None or heat.stamp_ns < stamps[0]:
-            self.frames.append(Frame(image, motion, windows, blank))
             return
         values = cv2.resize(heat.values, self.shape[::-1], interpolation=cv2.INTER_LINEAR)
         # It is of the frame that is nearest to its stamp.
         ages = [abs(stamp_ns - heat.stamp_ns) for stamp_ns in stamps]
-        age, trust = len(ages) - 1 - ages.index(min(ages)), heat.trust
-        self.frames.append(Frame(image, motion, windows, blank, np.asarray(values), age, trust))
+        age = len(ages) - 1 - ages.index(min(ages))
+        self.heat = ShownHeat(np.asarray(values), age, heat.trust)
 
     def clear(self) -> None:
         """Forget the place, for the camera shows another one from now on."""
@@ -238,7 +251,7 @@ class WholeView(View):
         self._since = WorldMotion()
         self.clear()
 
-    def expected(self, motion: WorldMotion, where: Whereabouts) -> Expected:
+    def expected(self, motion: WorldMotion, where: Regions) -> Expected:
         """Return the background as it was learnt, of all of the image."""
         self._since = WorldMotion.over([self._since, motion])
         return self.background, [self.all]
@@ -319,9 +332,8 @@ class Scene:
         self,
         image: NDArray[np.uint8],
         stamp_ns: int,
-        people: Mapping[View, Whereabouts] = MappingProxyType({}),
+        people: Mapping[View, Regions] = MappingProxyType({}),
         *,
-        heat: HeatMap | None = None,
         options: SceneOptions = SceneOptions(),
     ) -> None:
         """
@@ -329,9 +341,9 @@ class Scene:
 
         :param image: (H, W, 3) uint8 BGR; it is read again when a view is added.
         :param people: where they were in the last frame, by view.
-        :param heat: P(person) from elsewhere, of this frame or one before.
         """
-        self._frame, self._options = (image, stamp_ns, heat), options
+        self._frame, self._options = (image, stamp_ns), options
+        self._heat: HeatMap | None = None
         self._light.flickers = options.flicker
         self.stamp_ns, self.fades = stamp_ns, False
         if not self.views:
@@ -378,24 +390,31 @@ class Scene:
         if not blank:
             self._light.follow(motion, hidden)
         for view, step, each in zip(self.views, steps, expected, strict=True):
-            view.accept(images[view.shape], step, each, heat, blank=blank)
+            view.accept(images[view.shape], step, each, blank=blank)
+
+    def show(self, heat: HeatMap | None) -> None:
+        """Let a heat map count in the newest frame, if it is of that or of one shortly before."""
+        self._heat = heat
+        for view in self.views:
+            view.show(heat)
 
     def add(self, view: View) -> None:
         """Take in a view, and show it the newest frame."""
-        first, heat, still = not self.views, self._frame[2], WorldMotion()
+        first, still = not self.views, WorldMotion()
         image = self._image(view.shape, measure=first)
         view.points.update(image.pyramid, None)
         if first and not image.pyramid.is_blank:
             self._light.follow(still, np.zeros(view.shape, np.uint8))
         expected = view.expected(still, NOWHERE)
-        view.accept(image, still, expected, heat, blank=image.pyramid.is_blank)
+        view.accept(image, still, expected, blank=image.pyramid.is_blank)
+        view.show(self._heat)
         self.views.append(view)
 
     def keep(self, views: Collection[View]) -> None:
         """Let go of all other views, but of that in which people are looked for."""
         self.views = [view for view in self.views if view in views or isinstance(view, WholeView)]
 
-    def _hidden(self, leader: View, people: Mapping[View, Whereabouts]) -> NDArray[np.uint8]:
+    def _hidden(self, leader: View, people: Mapping[View, Regions]) -> NDArray[np.uint8]:
         """Return where people and what else moves were in the last frame, (h, w) uint8."""
         hidden = leader.marked(
             area.scaled(leader.scale / view.scale)
@@ -409,7 +428,7 @@ class Scene:
 
     def _image(self, shape: tuple[int, int], *, measure: bool = False) -> WorkingImage:
         """Return the newest frame at a size, in whose light it is that of the first."""
-        image, stamp_ns, _ = self._frame
+        image, stamp_ns = self._frame
         light = self._light if self._options.light else None
         contrast = self._contrast if self._options.contrast else None
         texture = self._options.texture

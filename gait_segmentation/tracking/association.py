@@ -1,113 +1,98 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""
-Association of pixels with people who overlap.
-
-Every person k judges pixels against the surroundings by a log-likelihood ratio L_k.  With several
-people at one place the alternatives to k are the surroundings and all others::
-
-    P_k = exp(L_k) / (1 + exp(L_k) + sum_j exp(C_j)),   C_j = L_j + g_j + d
-
-where g_j <= 0 falls off away from where j is expected, so that people only compete where they
-meet, and d is positive for those who stand nearer to the camera (lower feet) and negative for
-those farther away.  As a log ratio this is L_k - ln(1 + sum_j exp(C_j)).  A pixel that
-two still both find likely goes to the one whose L + g is greater.
-"""
+"""Which detection is of which track, and which ones are of somebody new."""
 
 from __future__ import annotations
 
-import itertools
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
+from gait_segmentation.detector.detection import PART, SAME_PERSON, Detection
+from gait_segmentation.detector.sources import Seen
+from gait_segmentation.geometry import Box
+from gait_segmentation.results import LOST, TRACKED
+from gait_segmentation.tracking.track import Track
 
-from gait_segmentation.geometry import REACH
-from gait_segmentation.images import Window, distance_from, overlap, within
+_INSIDE = 0.7
+"""Share of the smaller of two boxes in one look from which they are of the same person."""
 
-_FARTHEST = -6.0
-"""Log ratio that falls off up to :data:`.REACH`, where a person ceases to compete."""
-
-_REFUSED = np.float32(-0.5)
-"""Log ratio of a pixel for those who do not get it though they find it likely."""
-
-_NEARER = 1.5
-"""Advantage, as a log ratio, of a person who stands nearer."""
+_FOUND_AGAIN = 0.6
+"""Score of a detection that shows a person who is lost: something like one may be anywhere."""
 
 
-@dataclass(frozen=True)
-class PixelClaim:
+def associate(tracks: Sequence[Sequence[Box]], detections: Sequence[Detection]) -> dict[int, int]:
     """
-    What one person makes of the pixels in a window.
+    Give detections to tracks, one to one, the pairs that overlap most first.
 
-    ``logit`` is (h, w) float32 and ``mask`` (h, w) uint8, where the person is expected;
-    ``away`` is (h, w) float32, how far beside it pixels are, in pixels, and ``body`` (h, w) uint8
-    the matched template, None without one.
-    ``feet`` is the row of the soles and ``height`` that of the body, in pixels.  A person
-    ``hidden`` competes, too, so that no one takes what is about to be seen of them.  One who is
-    ``vague``, as nobody has seen their outline, competes only for what both find likely.
+    :param tracks: the boxes in which each track may be seen, in the frame of the detections, in
+        source pixels.
+    :returns: the numbers of detections by those of tracks.
     """
-
-    window: Window
-    logit: NDArray[np.float32]
-    mask: NDArray[np.uint8]
-    away: NDArray[np.float32]
-    feet: float
-    height: float
-    hidden: bool = False
-    body: NDArray[np.uint8] | None = None
-    vague: bool = False
-
-    @property
-    def falloff(self) -> NDArray[np.float32]:
-        """Return g: 0 where the person is expected, falling off with the distance from there."""
-        # By the body, if it is known: a mask that has taken in another person would keep them.
-        away = self.away if self.body is None else distance_from(self.body > 127)
-        return np.float32(_FARTHEST) * beyond(away, self.height)
+    overlaps = sorted(
+        (
+            (-max(box.iou(detection.box) for box in boxes), track, number)
+            for track, boxes in enumerate(tracks)
+            for number, detection in enumerate(detections)
+        ),
+    )
+    pairs: dict[int, int] = {}
+    for cost, track, number in overlaps:
+        if -cost >= SAME_PERSON and track not in pairs and number not in pairs.values():
+            pairs[track] = number
+    return pairs
 
 
-def associate(claims: Sequence[PixelClaim]) -> list[NDArray[np.float32]]:
+def unexplained(
+    detections: Sequence[Detection],
+    pairs: dict[int, int],
+    tracks: Sequence[Sequence[Box]],
+) -> list[Detection]:
     """
-    Return the log ratio of each person against the surroundings and all others.
+    Return the detections of nobody who is tracked.
 
-    :param claims: of people in one image; their arrays stay as they are.
+    Two who touch are two; but what is inside of another detection, or a part of a track without
+    one, is not somebody else.
+
+    :param pairs: see :func:`associate`.
+    :param tracks: likewise.
     """
-    pairs = [
-        (one, two, shared)
-        for one, two in itertools.permutations(range(len(claims)), 2)
-        if (shared := overlap(claims[one].window, claims[two].window)) is not None
+    matched = [detections[number].box for number in pairs.values()]
+    missed = [box for track, boxes in enumerate(tracks) if track not in pairs for box in boxes]
+    free = [each for k, each in enumerate(detections) if k not in pairs.values()]
+    return [
+        each
+        for each in free
+        if all(each.box.common_share(box) <= _INSIDE for box in matched)
+        and all(each.box.common_share(box) <= PART for box in missed)
     ]
-    near = {one: claims[one].falloff for one, _, _ in pairs}
-    strong = {k: np.exp(claims[k].logit + near[k]) for k in near}
-    rivals = {k: np.zeros_like(strong[k]) for k in near}
-    for one, two, shared in pairs:
-        claim, other = claims[one], claims[two]
-        if claim.vague:
-            continue
-        depth = _NEARER if claim.feet > other.feet and not claim.hidden else -_NEARER
-        part = strong[one][within(shared, claim.window)]
-        rivals[two][within(shared, other.window)] += np.float32(math.exp(depth)) * part
-    logits = [
-        claim.logit - np.log1p(rivals[k]) if k in near else claim.logit
-        for k, claim in enumerate(claims)
+
+
+def explain(tracks: Sequence[Track], seen: Seen) -> list[Detection]:
+    """
+    Give detections to tracks, each in the frame that they are of, and return those of others.
+
+    Of whom a detector looked for and did not see, that is taken in as well.
+    """
+    tracked = [track for track in tracks if track.state == TRACKED]
+    sought = [track.sought_in(seen.stamp_ns) for track in tracked]
+    for number, index in associate(sought, seen.drawn).items():
+        tracked[number].see(seen.drawn[index], seen.stamp_ns)
+    if seen.people is None:
+        return []
+    pairs = associate(sought, seen.people)
+    for number, track in enumerate(tracked):
+        if number in pairs:
+            detection = seen.people[pairs[number]]
+            share = detection.box.height / max(track.view.source)
+            track.existence = track.existence.seen(detection.score, share)
+            track.see(detection, seen.stamp_ns)
+        elif not associate([track.boxes_at(seen.stamp_ns)], seen.people):
+            track.existence = track.existence.unseen()
+    sure = [each for each in seen.people if each.score >= _FOUND_AGAIN]
+    for track in tracks:
+        if track.state == LOST and associate([track.boxes_at(seen.stamp_ns)], sure):
+            track.existence = track.existence.seen_again()
+    there = [
+        [*boxes, *track.boxes_at(seen.stamp_ns)]
+        for track, boxes in zip(tracked, sought, strict=True)
     ]
-    for one, two, shared in pairs:
-        # Of pixels that two find likely the one who finds them less so is refused.
-        here, there = (within(shared, claims[k].window) for k in (one, two))
-        mine, yours = logits[one][here], logits[two][there]
-        both, first = (mine > 0) & (yours > 0), mine + near[one][here] >= yours + near[two][there]
-        yours[both & first] = _REFUSED
-        mine[both & ~first] = _REFUSED
-    return logits
-
-
-def beyond(away: NDArray[np.float32], height: float) -> NDArray[np.float32]:
-    """
-    Return how far beside a person pixels are, from 0 on the outline to 1 out of reach.
-
-    :param away: (h, w) float32, distance from the person in pixels.
-    :param height: of the body in pixels.
-    """
-    return np.minimum(away * np.float32(1 / (REACH * height)), np.float32(1))
+    return unexplained(seen.people, pairs, there)

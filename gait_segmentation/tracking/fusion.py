@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import Any
 
 import cv2
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import ColourModel, colour_bins
+from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.images import (
     Window,
@@ -21,18 +23,20 @@ from gait_segmentation.images import (
     shrink,
 )
 from gait_segmentation.results import LOST, TRACKED, Feedback
-from gait_segmentation.scene.scene import Frame, View
+from gait_segmentation.scene.scene import MOST_KEPT, Frame, View
 from gait_segmentation.starting import FirstMask
-from gait_segmentation.tracking.appearance import Appearance, colour_signature
-from gait_segmentation.tracking.association import PixelClaim, beyond
+from gait_segmentation.tracking.appearance import Appearance, colour_signature, similarity
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues import CueInput
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
 from gait_segmentation.tracking.cues.motion import MotionCue
 from gait_segmentation.tracking.cues.sighting import SightingCue
+from gait_segmentation.tracking.existence import Existence
 from gait_segmentation.tracking.likelihood import log_ratio, place_shown
+from gait_segmentation.tracking.pixels import PixelClaim, beyond
 from gait_segmentation.tracking.pose import Pose
-from gait_segmentation.tracking.track import WHOLE, Silhouette, State, Track
+from gait_segmentation.tracking.state import Silhouette, State
+from gait_segmentation.tracking.track import WHOLE, Track
 from gait_segmentation.tracking.visibility import (
     ALONE,
     GUARD,
@@ -48,6 +52,12 @@ nothing would be learnt after a first mask that was far too large.
 
 _MOST_SEEN = 4.0
 """Size of a mask, over that of the template, from which it is of more than the person."""
+
+_MOVES = 0.01
+"""Least share of a person's pixels that move, seen over some frames, though they stand."""
+
+_UNLIKE = 0.9
+"""Similarity of the colours below which they are not those of who moved: people change little."""
 
 _MASK_MARGIN = 0.02
 """How far a mask may be off, in body heights: so far about it no background is learnt."""
@@ -69,10 +79,20 @@ class FusionTrack(Track):
         view: View,
         start: FirstMask,
         config: TrackingConfig,
+        existence: Existence | None = None,
+        *,
+        outlined: bool = False,
     ) -> None:
-        """Begin with the first mask, in the newest frame of a view."""
+        """
+        Begin with the first mask, in the newest frame of a view.
+
+        :param outlined: whether a map or mask shows their outline.
+        """
         pose = Pose.of(start.body, start.box, start.body.angle if config.use_tilt else 0.0)
-        super().__init__(track_id, view, pose, config)
+        super().__init__(track_id, view, pose, config, existence)
+        self._outlined = outlined
+        self._drawn: tuple[SoftMask, State] | None = None
+        self._moving_looks: deque[NDArray[np.float32]] = deque(maxlen=MOST_KEPT)
         self.mask = self.visible = Silhouette(start.mask, self.displacement)
         self.full: Silhouette = self.mask
         self.template: Silhouette | None = None
@@ -114,21 +134,28 @@ class FusionTrack(Track):
         logit = self.log_ratio(lab, pose.rows(window), window, strangers)
         body, area = expected if template is None else template, self._usual_area
         # Each cue sees what those before it have added to the ratio.
-        given = CueInput(view, self.states, pose, window, body, logit, seen, area, config)
+        drawn = self._drawn
+        given = CueInput(view, self.states, pose, window, body, logit, seen, area, config, drawn)
         for cue in self.cues:
             evidence = cue.evidence(given)
             if evidence is not None:
                 logit += evidence.logit
                 if evidence.values is not None:
                     self.states[-1].notes[type(cue).__name__] = window, evidence.values
+        # Those who are not published are taken to be hidden by others: no mask is cut for them.
+        vague = self.slot is None and not self._outlined
+        hidden = not seen or self.slot is None
         return PixelClaim(
-            window, logit, expected, away, pose.feet, pose.height, not seen, template
+            window, logit, expected, away, pose.feet, pose.height, hidden, template, vague
         )
 
-    def see_box(self, box: Box, stamp_ns: int) -> None:
-        """Take in where a detector saw the person; see :class:`.SightingCue`."""
+    def see(self, detection: Detection, stamp_ns: int) -> None:
+        """Take in where a detector saw the person, and what was drawn of them."""
+        state = self.state_at(stamp_ns)
         if self.config.use_sightings:
-            self.sighting.see(box.scaled(self.view.scale), self.state_at(stamp_ns))
+            self.sighting.see(detection.box.scaled(self.view.scale), state)
+        if detection.mask is not None:
+            self._drawn, self._outlined = (detection.mask, state), True
 
     def sought_in(self, stamp_ns: int) -> tuple[Box, ...]:
         """Return where a detector may see them: where it did last, if it did of late."""
@@ -147,12 +174,20 @@ class FusionTrack(Track):
         """Take in whether what is likely, (h, w) uint8 of the claim's window, moves."""
         if not self.config.use_stillness:
             return
-        stamp_ns = self.view.now.image.stamp_ns
-        if self.stillness.is_asked(stamp_ns, self.motion.moving):
+        stamp_ns, moving = self.view.now.image.stamp_ns, self.motion.moving
+        if moving is None:
+            return
+        if moving >= _MOVES:
+            self.existence = self.existence.moving(stamp_ns)
+            self._moving_looks.append(self.appearance.last)
+        elif self._moving_looks and self.existence.is_at_rest(stamp_ns):
             there = np.where(values > 127, claim.mask, np.uint8(0))
             likely = placed(there, claim.window, self.view.shape)
-            self.stillness.judge(self._signature(likely, self.view.now, claim.window))
-        self.stillness.remember(self.appearance.last, stamp_ns)
+            looks = self._signature(likely, self.view.now, claim.window)
+            # What covers somebody, as a door does, becomes theirs frame by frame: what counts is
+            # what they looked like before that.
+            alike = similarity(self._moving_looks[0], looks) >= _UNLIKE
+            self.existence = self.existence.resting(alike=alike)
 
     def enter(self, state: str, reason: str) -> None:
         """Go over to a state; of who is lost no template is known."""

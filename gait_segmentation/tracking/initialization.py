@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Tracks begun: the first mask in a box, and the slot that a person found gets."""
+"""Tracks begun: the first mask in a box, and who is found again."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from operator import itemgetter
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.detector.detection import SoftMask
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, body_window
 from gait_segmentation.heat_maps import own_regions, regions
 from gait_segmentation.images import Window, within
-from gait_segmentation.results import LOST
 from gait_segmentation.scene.scene import View, WholeView
 from gait_segmentation.starting import FirstMask, estimate_first_mask
 from gait_segmentation.tracking.appearance import SAME_COLOURS
@@ -48,6 +48,7 @@ def estimate_first(
     past: WholeView | None,
     bank: TemplateBank,
     config: TrackingConfig,
+    drawn: SoftMask | None = None,
     *,
     by_map: bool = False,
 ) -> FirstMask:
@@ -58,6 +59,7 @@ def estimate_first(
         over what is remembered of the place.
     :param box: in working pixels, in the view's newest frame.
     :param past: the place as it was before that frame, if it is known.
+    :param drawn: the mask that a network draws of the person, if one does.
     :param by_map: whether the heat map of that frame is what tells of the person.
     """
     area = body_window(box.center_x, box.center_y, box.height, box)
@@ -70,22 +72,25 @@ def estimate_first(
         lab = frame.image.lab_part(window)
         place = place_shown(known, lab, window, config)
         evidence[window] = place.evidence(lab, config.shadow_floor)
-    shown = None
-    if frame.heat is not None and frame.heat_trust and not frame.heat_frames:
+    shown, own, trust = None, None, 1.0
+    there = box.slices(view.shape[1], view.shape[0])
+    if drawn is not None:
+        own = drawn.drawn(window, view.scale, (0.0, 0.0))
+    elif view.heat is not None and view.heat.trust and not view.heat.frames:
         inside = np.zeros(view.shape, np.uint8)
-        there = box.slices(view.shape[1], view.shape[0])
         inside[there] = 255
-        own = own_regions(frame.heat[window], inside[window])
+        own, trust = own_regions(view.heat.values[window], inside[window]), view.heat.trust
+    if own is not None:
         part = (own > 127)[within(there, window)]
         fills = by_map or _fills(own, box.shifted(-window[1].start, -window[0].start))
         rows = 1.0 if fills else float(part.any(axis=1).mean())
-        logit = map_evidence(own, frame.heat_trust, rows)
+        logit = map_evidence(own, trust, rows)
         evidence[window] += logit
         shown = logit if fills else None
     start = estimate_first_mask(
         frame.image.lab, box, bank, use_tilt=config.use_tilt, evidence=evidence
     )
-    if shown is not None and frame.heat_trust > 0.5:
+    if shown is not None and trust > 0.5:
         start = _as_shown(start, shown, window)
     view.background.forget(start.mask)
     if known is not None:
@@ -115,28 +120,21 @@ def _as_shown(start: FirstMask, logit: NDArray[np.float32], window: Window) -> F
     return replace(start, mask=np.where(votes > 0.5, np.uint8(255), np.uint8(0)), votes=votes)
 
 
-def slot_for_found(
-    slots: Sequence[Track | None], view: View, start: FirstMask
-) -> tuple[int, int | None] | None:
+def recognized(lost: Sequence[Track], view: View, start: FirstMask) -> Track | None:
     """
-    Return the slot that a person found gets, None if there is none.
+    Return who of those who are lost has been found again, if it is one of them.
+
+    The farther they were from there, the more alike they have to look.
 
     :param start: the first mask, in the newest frame of the view.
-    :returns: the number of the slot, and the track id if it is the person who was lost there,
-        else None; the farther they were from there, the more alike they have to look.
     """
-    lost = [(slot, track) for slot, track in enumerate(slots) if track and track.state == LOST]
     place = start.box.scaled(1 / view.scale)
     alike = [
-        (track.similarity(start, view.now) - FAR_COST * _too_far(place, track), slot, track)
-        for slot, track in lost
+        (track.similarity(start, view.now) - FAR_COST * _too_far(place, track), track)
+        for track in lost
     ]
-    similarity, slot, track = max(alike, key=itemgetter(0), default=(0.0, 0, None))
-    if track is not None and similarity >= SAME_COLOURS:
-        return slot, track.track_id
-    if None in slots:
-        return list(slots).index(None), None
-    return (max(lost, key=lambda each: each[1].lost_s)[0], None) if lost else None
+    similarity, track = max(alike, key=itemgetter(0), default=(0.0, None))
+    return track if similarity >= SAME_COLOURS else None
 
 
 def _too_far(place: Box, lost: Track) -> float:

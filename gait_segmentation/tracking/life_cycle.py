@@ -21,28 +21,23 @@ def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str,
     """
     Return the state of a track from now on, and why; nothing else decides over it.
 
-    A candidate is ended when it vanishes in the open, or when after a second its masks have not
-    the shape of a body, and confirmed after three. What was found by its looks is ended when it
-    does not move for one. A tracked person is lost in a gap, outside of
-    the image, and when too little is seen in two frames in a row. A lost person is tracked again
-    when they are found, and ended when they are not for so long as ``patience`` says. Whom a
-    detector saw reliably and does not any more is lost until it sees them again, and so is what
-    looks otherwise since it has ceased to move, until it does.
+    What cannot be a person by all that is known, see :class:`.Existence`, is ended. A tracked
+    person is lost in a gap, outside of the image, when they are rather not there, and when too
+    little is seen in two frames in a row. A lost person is tracked again when they are found and
+    rather there, and ended when they are not for so long as ``patience`` says.
 
     :param stamp_ns: of the newest frame.
     :param gap_s: seconds without a frame before that.
     """
-    lost, probation = track.state == LOST, track.probation
-    if probation is not None:
-        if lost and track.is_inside:
-            return ENDED, 'it vanished in the open'
-        if not probation.is_passed(stamp_ns):
-            return ENDED, 'it has not the shape of a body'
-    if track.stillness.is_thing:
-        return ENDED, 'it has not moved since it was found'
+    lost, existence = track.state == LOST, track.existence
+    doubt = existence.doubt(stamp_ns)
+    if existence.evidence(stamp_ns) < 0:
+        # Of somebody who is not published nobody asks that yet.
+        if track.slot is not None:
+            return ENDED, doubt
+        doubt = ''
     if gap_s > GAP_S:
         return LOST, f'no frame came for {gap_s:.1f} s'
-    doubt = _doubt(track)
     if lost and track.found and not doubt:
         return TRACKED, ''
     if lost and track.lost_s > track.config.patience:
@@ -56,12 +51,3 @@ def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str,
     if track.unseen_frames >= _LOST_FRAMES:
         return LOST, 'hidden, or not distinct from the surroundings'
     return TRACKED, ''
-
-
-def _doubt(track: Track) -> str:
-    """Return what says that it is not the person any more, '' if nothing does."""
-    if track.attendance.is_doubted:
-        return 'the detector, which saw them, does not any more'
-    if track.stillness.is_doubted:
-        return 'what is there does not move, and looks otherwise than they did'
-    return ''

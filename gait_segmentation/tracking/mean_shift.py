@@ -28,8 +28,9 @@ from gait_segmentation.results import LOST
 from gait_segmentation.scene.scene import Frame, View
 from gait_segmentation.starting import FirstMask
 from gait_segmentation.starting.first_mask import in_view
-from gait_segmentation.tracking.association import PixelClaim
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.existence import Existence
+from gait_segmentation.tracking.pixels import PixelClaim
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.track import Track
 from gait_segmentation.tracking.visibility import Visibility
@@ -102,10 +103,16 @@ class MeanShiftTrack(Track):
     """One person followed by adaptive mean shift: an ellipse in an upright box."""
 
     def __init__(
-        self, track_id: int, view: View, start: FirstMask, config: TrackingConfig
+        self,
+        track_id: int,
+        view: View,
+        start: FirstMask,
+        config: TrackingConfig,
+        existence: Existence | None = None,
+        **_: object,
     ) -> None:
         """Begin with the box of a start in the newest frame of a view; see :func:`start_in`."""
-        super().__init__(track_id, view, Pose.of(start.body, start.box), config)
+        super().__init__(track_id, view, Pose.of(start.body, start.box), config, existence)
         self._selector = FeatureSelector()
         self._usual, self._frames = 1.0, 0
         self._learn()

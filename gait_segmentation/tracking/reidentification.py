@@ -12,9 +12,10 @@ from gait_segmentation.colour import body_rows
 from gait_segmentation.geometry import REACH
 from gait_segmentation.images import bounding_box, placed
 from gait_segmentation.scene.scene import Shift
-from gait_segmentation.tracking.association import PixelClaim
 from gait_segmentation.tracking.likelihood import likelihood_image, place_shown
-from gait_segmentation.tracking.track import Silhouette, Track
+from gait_segmentation.tracking.pixels import PixelClaim
+from gait_segmentation.tracking.state import Silhouette
+from gait_segmentation.tracking.track import Track
 from gait_segmentation.tracking.visibility import ALONE, LEAST_SEEN, Visibility
 
 _FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.12, 0.5, 0.35

@@ -7,23 +7,21 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections import deque
-from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.detector.detection import Detection
 from gait_segmentation.geometry import REACH, Box, body_window
-from gait_segmentation.images import Window, shifted_part, size_of
+from gait_segmentation.images import Window, placed, size_of
 from gait_segmentation.results import LOST, TRACKED, FeatureWeight, Feedback, TrackResult
 from gait_segmentation.scene.scene import MOST_KEPT, Frame, Shift, View
 from gait_segmentation.starting import FirstMask
-from gait_segmentation.starting.shapes import Probation
-from gait_segmentation.tracking.association import PixelClaim
-from gait_segmentation.tracking.attendance import Attendance
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.existence import Existence
+from gait_segmentation.tracking.pixels import PixelClaim
 from gait_segmentation.tracking.pose import Pose
-from gait_segmentation.tracking.stillness import Stillness
+from gait_segmentation.tracking.state import Silhouette, State
 from gait_segmentation.tracking.visibility import ALONE, LEAST_SEEN, Visibility, visible_box
 
 _COAST_S, _STOP_S, _MOST_LOST_S = 1.0, 0.5, 1.0
@@ -32,37 +30,11 @@ Time for which a hidden person is taken to walk on, in which they are then to st
 they are lost longer with a frame at most, however long that took to come.
 """
 
-SAME_PERSON = 0.4
-"""Overlap (intersection over union) from which a box is that of a person already tracked."""
+OWN_MASK = 'own'
+"""Name of the note of what is likely theirs of whom no mask is cut."""
 
 WHOLE = 0.75
 """Share of a person from which all of them is seen, and so followed."""
-
-
-@dataclass
-class State:
-    """
-    A track in one frame.
-
-    ``displacement`` is how far the body went since the track began, in pixels; ``notes`` has by
-    cue a window and (h, w) uint8, what it will learn from when the mask of the frame comes.
-    """
-
-    frame: Frame
-    displacement: Shift
-    notes: dict[str, tuple[Window, NDArray[np.uint8]]] = field(default_factory=dict)
-
-
-class Silhouette(NamedTuple):
-    """A mask or template, (h, w) uint8 of the view, and where the body was in its frame."""
-
-    image: NDArray[np.uint8]
-    displacement: Shift
-
-    def at(self, displacement: Shift, window: Window) -> NDArray[np.uint8]:
-        """Return a window of it, moved along with the body; it may be a part of the image."""
-        (x, y), (to_x, to_y) = self.displacement, displacement
-        return shifted_part(self.image, round(to_x - x), round(to_y - y), window)
 
 
 class Track(ABC):
@@ -70,9 +42,9 @@ class Track(ABC):
     One tracked person in a view of the scene.
 
     ``pose`` is that in the newest frame, and ``states`` has one entry for each frame that is
-    kept.  ``state`` is tracked or lost, with the ``reason``, as :func:`.next_state` says;
-    ``probation`` is that of a candidate.  ``attendance`` is what a detector saw of them,
-    and ``stillness`` what their own motion tells.
+    kept.  ``state`` is tracked or lost, with the ``reason``, as :func:`.next_state` says, and
+    ``slot`` the number of the slot in which they are published, None if they are not.
+    ``existence`` says whether they are a person.
     ``seen`` is the share of the person seen last, too little for ``unseen_frames``, ``lost_s`` the
     seconds since a lost person was seen, and ``found`` whether they are in the newest frame.
     """
@@ -80,12 +52,22 @@ class Track(ABC):
     features: tuple[FeatureWeight, ...] = ()
     """What the likelihood is made of, best first, if it is made of features."""
 
-    def __init__(self, track_id: int, view: View, pose: Pose, config: TrackingConfig) -> None:
-        """Begin in the newest frame of a view."""
+    slot: int | None = None
+    by_map = False
+    """Whether a heat map has to go on showing them."""
+
+    def __init__(
+        self,
+        track_id: int,
+        view: View,
+        pose: Pose,
+        config: TrackingConfig,
+        existence: Existence | None = None,
+    ) -> None:
+        """Begin in the newest frame of a view; without an existence it is given."""
         self.track_id, self.view, self.config, self.pose = track_id, view, config, pose
         self.state, self.reason, self.confidence = TRACKED, '', 0.0
-        self.probation: Probation | None = None
-        self.attendance, self.stillness = Attendance(), Stillness()
+        self.existence = existence or Existence(view.now.image.stamp_ns, given=True)
         self.states = deque([State(view.now, (0.0, 0.0))], maxlen=MOST_KEPT)
         self.seen, self.unoccluded = 1.0, True
         self.lost_s, self.unseen_frames, self.found = 0.0, 0, False
@@ -168,9 +150,6 @@ class Track(ABC):
     shown = 0.0
     """Share of the person that the last heat map showed."""
 
-    in_slot = True
-    """Whether they are published."""
-
     def log_ratio(
         self, lab: NDArray[np.uint8], rows: NDArray[np.float32], window: Window
     ) -> NDArray[np.float32]:
@@ -181,12 +160,21 @@ class Track(ABC):
         """Return how alike (0..1) the person and a first mask in some frame are."""
         return 0.0
 
-    def see_box(self, box: Box, stamp_ns: int) -> None:  # noqa: B027
-        """Take in where a detector saw the person, in source pixels in the frame of a stamp."""
+    def see(self, detection: Detection, stamp_ns: int) -> None:  # noqa: B027
+        """Take in where a detector saw the person in the frame of a stamp."""
 
     def sought_in(self, stamp_ns: int) -> tuple[Box, ...]:
         """Return where a detector may see them in the frame of a stamp, in source pixels."""
         return self.boxes_at(stamp_ns)
+
+    def own_feedback(self, stamp_ns: int) -> Feedback | None:
+        """Return what was kept of a frame without a mask, in working pixels, if anything was."""
+        for state in self.states:
+            noted = state.notes.get(OWN_MASK)
+            if noted is not None and state.frame.image.stamp_ns == stamp_ns:
+                mask = placed(noted[1], noted[0], self.view.shape)
+                return Feedback(stamp_ns, self.track_id, mask, None, mask)
+        return None
 
     def fade(self, chroma: float) -> None:  # noqa: B027
         """Go on as if all that is known of the colours had the same a* and b*."""
@@ -218,18 +206,6 @@ class Track(ABC):
     def stop(self) -> None:
         """Take the person to stand until they are seen to move again."""
         self.pose = self.pose.standing()
-
-    def try_out(self, stamp_ns: int) -> None:
-        """Put on trial from a stamp on whom nobody has vouched for; see :class:`.Probation`."""
-        self.probation = Probation(stamp_ns)
-
-    def expect_motion(self) -> None:
-        """Take what was found by its looks for a person only if it moves."""
-        self.stillness = Stillness(self.view.now.image.stamp_ns)
-
-    def succeed(self, lost: Track) -> None:
-        """Go on as somebody who was lost, and has just been found another way."""
-        self.attendance = lost.attendance.renewed()
 
     def rate(self, visibility: Visibility) -> None:
         """Take in how distinct the person is where they are expected."""
@@ -304,8 +280,6 @@ class Track(ABC):
         if state == LOST and self.state != LOST:
             self._box, self.lost_s, self.found = None, 0.0, False
         self.state, self.reason = state, reason
-        if self.probation is not None and self.probation.is_over(self.view.now.image.stamp_ns):
-            self.probation = None
         self.unseen_frames = self.unseen_frames if state == TRACKED else 0
 
     def find(self, values: NDArray[np.uint8], visibility: Visibility, claim: PixelClaim) -> None:

@@ -4,43 +4,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import partial
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import NO_CHROMA, NO_GRADIENT
-from gait_segmentation.detector.lookout import Lookout, Sighting
+from gait_segmentation.detector.detection import PART
+from gait_segmentation.detector.scheduler import DetectorScheduler
+from gait_segmentation.detector.sources import Seen, Sources
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, check_start_box
-from gait_segmentation.heat_maps import HeatMap, HeatMaps
-from gait_segmentation.images import check_image, shrink
+from gait_segmentation.images import check_image
 from gait_segmentation.results import LOST, Feedback, TrackResult
-from gait_segmentation.scene.scene import Scene, View, Whereabouts
+from gait_segmentation.scene.scene import Scene
 from gait_segmentation.scene.working import working_shape
 from gait_segmentation.stamps import check_later, check_stamp
 from gait_segmentation.starting import StartingConfig
-from gait_segmentation.starting.starter import Starter
 from gait_segmentation.tracking import group
+from gait_segmentation.tracking.association import explain
+from gait_segmentation.tracking.beginning import Beginner
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.factory import TrackFactory
 from gait_segmentation.tracking.life_cycle import GAP_S
-from gait_segmentation.tracking.slots import Slots
+from gait_segmentation.tracking.people import People, slim
+from gait_segmentation.tracking.tentative import Tentative, follow
 from gait_segmentation.tracking.track import Track
-
-_LATEST_NS = 400_000_000
-"""Time after which it is no longer known who was where when the detector looked."""
 
 
 class PeopleTracker:
     """
-    Tracks people from first boxes, each in a slot of its own, and finds them by their walk.
+    Tracks people: detections in, tracks out.
 
-    People are looked for while a slot is free or waits for a lost person, and until a box is
-    given by :meth:`initialize`; then whoever gives boxes is to give all.  Who is near somebody in
-    a slot is followed as well where a heat map shows them, but not published.
+    Those who are taken for people get a slot while there is one, given boxes first, then the
+    tallest; only they are published.  Who is near one of them is followed as well, so that each
+    takes their own pixels along.  Once a box is given by :meth:`initialize`, whoever gives boxes
+    is to give all.
 
     The likelihood learns from the masks that come back through :meth:`learn`; they may come some
     frames late.
@@ -53,42 +55,42 @@ class PeopleTracker:
         *,
         max_people: int = 1,
         starting: StartingConfig | None = None,
-        lookout: Lookout | None = None,
+        scheduler: DetectorScheduler | None = None,
     ) -> None:
         """
         Make a tracker without a track.
 
-        :param bank: the templates that people are found and first masks estimated with.
+        :param bank: the templates that first masks are estimated with.
         :param max_people: number of slots.
         :param starting: how people are found without a box.
-        :param lookout: who looks at whole images where that asks for a detector, and makes heat
-            maps if it can; if None the detector of the package, in lockstep.
+        :param scheduler: what has networks look at images; if None the detector of the package, in
+            lockstep.
         """
-        self.lookout = lookout or Lookout()
-        self._make_starter = partial(Starter, bank, slots=max_people, lookout=self.lookout)
-        self._starter = self._make_starter(starting or StartingConfig())
-        self._slots = Slots(bank, tracking or TrackingConfig(), max_people)
+        scheduler = scheduler or DetectorScheduler()
+        self._sources = Sources(bank, starting or StartingConfig(), scheduler)
+        self._factory, self._slots = TrackFactory(bank, tracking or TrackingConfig()), max_people
+        self._beginner = Beginner(self._factory)
         self.reset()
 
     @property
     def config(self) -> TrackingConfig:
         """Return the configuration in force; it may be exchanged between frames."""
-        return self._slots.config
+        return self._factory.config
 
     @config.setter
     def config(self, config: TrackingConfig) -> None:
-        self._slots.configure(config)
+        self._factory.config = config
+        for track in self._people.tracks:
+            track.configure(config)
 
     @property
     def starting(self) -> StartingConfig:
-        """Return how people are found; another configuration resets the search."""
-        return self._starter.config
+        """Return how people are found; it may be exchanged between frames."""
+        return self._sources.config
 
     @starting.setter
     def starting(self, config: StartingConfig) -> None:
-        # The scene goes on without the view of the search so far.
-        self._starter.forget()
-        self._starter = self._make_starter(config)
+        self._sources.config = config
 
     def reset(self, *, waiting: bool = True) -> None:
         """
@@ -96,21 +98,21 @@ class PeopleTracker:
 
         :param waiting: whether to forget the boxes and maps that wait for the next frame, too.
         """
-        self._slots.clear()
-        self._starter.forget()
+        self._people = People(self._slots)
+        self._beginner.forget()
         self._scene: Scene | None = None
         self._stamp_ns = 0
+        self._sources.reset(waiting=waiting)
         if waiting:
             self._boxes: list[Box] = []
             self._given = False
-            self._heat_maps = HeatMaps()
-        self._heat_maps.forget()
 
     def initialize(self, box: Box) -> None:
         """
         Start a new track at the next frame.
 
-        In which slot is told by :meth:`.Slots.begin_given`.
+        A box on a person who is tracked begins that slot anew; any other takes a free slot, or
+        without one, that of the least confident person.
 
         :param box: the tight box of a person, in source pixels.
         :raises InputError: if it is no Box.
@@ -130,7 +132,21 @@ class PeopleTracker:
         :raises InputError: if it is no heat map.
         """
         check_stamp(stamp_ns)
-        self._heat_maps.add(heat_map, stamp_ns)
+        self._sources.add_heat_map(heat_map, stamp_ns)
+
+    def check(self, image: NDArray[np.uint8]) -> None:
+        """
+        Refuse what :meth:`update` would.
+
+        :raises InputError: if the image is no BGR image or a box to start from does not fit it.
+        """
+        check_image(image)
+        for box in self._boxes:
+            try:
+                check_start_box(box, (image.shape[1], image.shape[0]))
+            except InputError:
+                self._boxes.remove(box)
+                raise
 
     def update(
         self, image: NDArray[np.uint8], stamp_ns: int, heat_map: NDArray[Any] | None = None
@@ -153,53 +169,20 @@ class PeopleTracker:
         if heat_map is not None:
             self.add_heat_map(heat_map, stamp_ns)
         scene, self._stamp_ns = self._scene_of((image.shape[0], image.shape[1])), stamp_ns
-        boxes, self._boxes = self._boxes, []
-        self._given = self._given or bool(boxes)
-        sighting = self._look(image, stamp_ns)
-        heat = self._heat_maps.newest(image, stamp_ns, self.config.heat_map_age)
-        self._predict(scene, image, heat)
-        if sighting is not None:
-            self._slots.witness(sighting)
+        given, self._boxes = self._boxes, []
+        self._given = self._given or bool(given)
         # Before the boxes: what the camera saw until now tells what in them is the person.
-        at_first = bool(boxes) and not scene.views
-        seen_ns = stamp_ns if sighting is None else sighting.stamp_ns
-        known = self._slots.known(seen_ns, given=self._given)
-        found = self._starter.propose(scene, heat, sighting, known, at_first=at_first)
-        self._slots.begin_given(scene, boxes, self._starter.background)
-        self._slots.begin_found(scene, found, self._starter.background, given=self._given)
-        return self._observe(scene)
-
-    def _scene_of(self, source: tuple[int, int]) -> Scene:
-        """Return the scene of images of a size, a new one if no view has followed the place."""
-        if self._scene is not None and source != self._scene.source:
-            self.reset(waiting=False)
-        if self._scene is None or not self._scene.views:
-            self._scene = Scene(source)
-        return self._scene
-
-    def _look(self, image: NDArray[np.uint8], stamp_ns: int) -> Sighting | None:
-        """Let the detector look, take in its heat map, and return what it saw of late."""
-        known = self._slots.known(stamp_ns, given=self._given)
-        sighting = self._starter.look(image, stamp_ns, known)
-        if sighting is None:
-            return None
-        if sighting.heat_map is not None:
-            self.add_heat_map(sighting.heat_map, sighting.stamp_ns)
-        return sighting if stamp_ns - sighting.stamp_ns <= _LATEST_NS else None
-
-    def check(self, image: NDArray[np.uint8]) -> None:
-        """
-        Refuse what :meth:`update` would.
-
-        :raises InputError: if the image is no BGR image or a box to start from does not fit it.
-        """
-        check_image(image)
-        for box in self._boxes:
-            try:
-                check_start_box(box, (image.shape[1], image.shape[0]))
-            except InputError:
-                self._boxes.remove(box)
-                raise
+        at_first = bool(given) and not scene.views
+        self._predict(scene, image)
+        seen = self._look(image)
+        scene.show(seen.heat)
+        found = self._associate(scene, seen)
+        people = self._people
+        self._beginner.remember(scene, people, wanted=not (at_first or self._is_given))
+        self._beginner.begin_given(scene, people, given)
+        self._beginner.begin_found(scene, people, found, given=self._is_given)
+        likelihoods = self._observe(scene)
+        return self._results(scene, likelihoods)
 
     def learn(self, feedback: Sequence[Feedback]) -> None:
         """
@@ -213,66 +196,127 @@ class PeopleTracker:
         stamps = {each.stamp_ns for each in feedback}
         if len(stamps) > 1:
             raise InputError(f'feedback must be for one frame, got the stamps {sorted(stamps)}')
-        known = {track.track_id: track for track in self.tracks()}
+        people = self._people
+        known = {track.track_id for track in people.tracks}
         by_track = {each.track_id: each for each in feedback if each.track_id in known}
-        source = None if self._scene is None else self._scene.source
         for each in by_track.values():
-            each.check(source)
-            probation = known[each.track_id].probation
-            if probation is not None:
-                small = shrink(each.mask, each.shape_prior.shape)
-                probation.add_mask(each.stamp_ns, small, each.shape_prior)
+            each.check(None if self._scene is None else self._scene.source)
         if not by_track:
             return
         stamp_ns = feedback[0].stamp_ns
-        by_track |= self._slots.bystanders.feedback(stamp_ns)
-        assert self._scene is not None
-        for view in self._slots.views(self._scene):
-            group.correct(view, self._slots.followed(view), stamp_ns, by_track, self.config)
+        for track in people.tracks:
+            if (own := track.own_feedback(stamp_ns)) is not None:
+                by_track[track.track_id] = own
+        for view in people.views:
+            group.correct(view, people.seen_in(view), stamp_ns, by_track, self.config)
 
     def tracks(self) -> list[Track]:
-        """Return who is tracked, in the order of their slots."""
-        return self._slots.tracks()
+        """Return who has a slot, in the order of the slots."""
+        return self._people.published
 
-    def _predict(self, scene: Scene, image: NDArray[np.uint8], heat: HeatMap | None) -> None:
+    @property
+    def _is_given(self) -> bool:
+        """Return whether whoever gives boxes is to give all people."""
+        return self._given and bool(self.tracks())
+
+    def _scene_of(self, source: tuple[int, int]) -> Scene:
+        """Return the scene of images of a size, a new one if no view has followed the place."""
+        if self._scene is not None and source != self._scene.source:
+            self.reset(waiting=False)
+        if self._scene is None or not self._scene.views:
+            self._scene = Scene(source)
+            self._beginner.forget()
+        return self._scene
+
+    def _predict(self, scene: Scene, image: NDArray[np.uint8]) -> None:
         """
         Take a frame into the scene, and predict all tracks into it.
 
         After a gap they are lost, to be looked for from where they were: nothing tells how they
         went.
         """
-        gap_s = scene.gap_s(self._stamp_ns)
+        people, gap_s = self._people, scene.gap_s(self._stamp_ns)
         if gap_s > GAP_S:
-            self._slots.go_over(scene, self._stamp_ns, self._starter, gap_s)
-            self._slots.bystanders.clear()
-            for track in self.tracks():
+            people.live(self._stamp_ns, gap_s)
+            for track in people.tracks:
                 track.stop()
         silhouettes: dict[int, NDArray[np.uint8]] = {}
-        people: dict[View, Whereabouts] = {}
-        for view in self._slots.views(scene):
-            tracks = self._slots.followed(view)
-            silhouettes |= group.visible_silhouettes(tracks)
-            areas = tuple(track.pose.area for track in tracks)
-            people[view] = Whereabouts(areas, any(track.state == LOST for track in tracks))
-        options = self.config.scene_options
-        scene.advance(image, self._stamp_ns, people, heat=heat, options=options)
-        for track in self._slots.followed():
+        for view in people.views:
+            silhouettes |= group.visible_silhouettes(people.seen_in(view))
+        regions = {view: people.regions(view) for view in people.views}
+        scene.advance(image, self._stamp_ns, regions, options=self.config.scene_options)
+        for track in people.tracks:
             if scene.fades:
                 track.fade(NO_GRADIENT if track.view.now.image.textured else NO_CHROMA)
             track.predict(silhouettes.get(track.track_id))
 
-    def _observe(self, scene: Scene) -> list[TrackResult]:
+    def _look(self, image: NDArray[np.uint8]) -> Seen:
+        """Have everybody look who sees people."""
+        people, stamp_ns = self._people, self._stamp_ns
+        first = sorted(people.tracked, key=lambda track: track.slot is None)
+        by_map = self.starting.auto_init != 'none' or bool(people.lost) or self._given
+        return self._sources.look(
+            image,
+            stamp_ns,
+            [track.sought_in(stamp_ns)[-1] for track in first],
+            boxes=bool(self.tracks()) or not self._given,
+            bodies=[slim(track.body) for track in people.tracked] if by_map else None,
+            urgent=people.is_missing(others=not self._given),
+            heat_map_age=self.config.heat_map_age,
+        )
+
+    def _associate(self, scene: Scene, seen: Seen) -> list[Tentative]:
+        """
+        Give detections to tracks, each in the frame that they are of, and go on with the rest.
+
+        :returns: tentative tracks that were detected.
+        """
+        people, longest = self._people, max(scene.source)
+        least = self.starting.least_height * longest
+        others = [
+            each
+            for each in explain(people.tracks, seen)
+            if each.box.height >= least
+            and all(each.box.common_share(other.box) <= PART for other in seen.by_map)
+        ]
+        known = [each for each in people.tentative if not each.is_over(self._stamp_ns)]
+        if any(view.now.motion.camera is not None for view in scene.views):
+            known = [each for each in known if not each.rejected]
+        found, known = follow(known, others, seen.stamp_ns, longest)
+        by_map, people.tentative = follow(known, seen.by_map, self._stamp_ns, longest)
+        return [*found, *by_map]
+
+    def _observe(self, scene: Scene) -> dict[int, NDArray[np.uint8]]:
         """Compute the likelihoods of a frame, refine the boxes by them, and look for the lost."""
+        people = self._people
         likelihoods: dict[int, NDArray[np.uint8]] = {}
-        for view in self._slots.views(scene):
-            likelihoods |= group.observe(view, self._slots.followed(view))
-        self._slots.go_over(scene, self._stamp_ns, self._starter)
-        views, people = self._slots.views(scene), self._slots.tracks()
-        self._slots.bystanders.update(views, people, likelihoods, self.config)
-        return self._slots.results(likelihoods, self.empty(self._stamp_ns, scene.source))
+        for view in people.views:
+            likelihoods |= group.observe(view, people.seen_in(view))
+        people.live(self._stamp_ns)
+        for view in people.views:
+            group.keep_own(people.seen_in(view), likelihoods)
+        if not self._is_given:
+            people.number(self._stamp_ns)
+        scene.keep(people.views)
+        return likelihoods
+
+    def _results(
+        self, scene: Scene, likelihoods: Mapping[int, NDArray[np.uint8]]
+    ) -> list[TrackResult]:
+        """Return the result of each slot."""
+        results, people = [], self._people
+        for track, reason in zip(people.by_slot, people.reasons, strict=True):
+            if track is None:
+                results.append(replace(self.empty(self._stamp_ns, scene.source), reason=reason))
+                continue
+            likelihood = likelihoods.get(track.track_id)
+            if likelihood is None or track.state == LOST:
+                likelihood = np.zeros(track.view.shape, np.uint8)
+            results.append(track.result(likelihood))
+        return results
 
     def empty(self, stamp_ns: int, source: tuple[int, int]) -> TrackResult:
         """Return the result of an empty slot; ``source`` is (H, W) of the image."""
-        scale = self._slots.scale_for(source, self.config.working_height)
-        shape = working_shape(*source, scale)
-        return TrackResult(stamp_ns, 0, None, np.zeros(shape, np.uint8), 0.0)
+        scale = self._factory.scale_for(source, self.config.working_height)
+        likelihood = np.zeros(working_shape(*source, scale), np.uint8)
+        return TrackResult(stamp_ns, 0, None, likelihood, 0.0)

@@ -49,7 +49,7 @@ def test_boxes_are_those_of_people_in_the_image(tmp_path, found, more):
     (person,) = networks.people(IMAGE)
     assert person.box.iou(BOX) > 0.99
     assert person.score == pytest.approx(0.81, abs=1e-4)
-    assert networks.mapper is None
+    assert networks.masks is networks.heat_map is None
 
 
 @pytest.mark.parametrize('sides', [(64, 96), (96, 64), ('h', 'w')])
@@ -58,7 +58,7 @@ def test_a_map_lies_on_the_image_whatever_their_proportions(tmp_path, sides):
     image[20:40, 90:, 2] = 255
     image[:20, :, 0] = 255
     networks = open_networks(str(red_network(tmp_path, None, sides=sides)))
-    found = networks.mapper.draw(image, None)
+    found = networks.heat_map(image)
     assert found.shape[0] * 2 == found.shape[1]
     ys, xs = np.nonzero(found > 127)
     x, y = xs / found.shape[1], ys / found.shape[0]
@@ -69,10 +69,10 @@ def test_a_map_lies_on_the_image_whatever_their_proportions(tmp_path, sides):
 
 
 def test_the_map_must_be_a_probability(tmp_path):
-    mapper = open_networks(str(red_network(tmp_path, (60, 80), factor=2.0))).mapper
-    mapper.draw(np.full((60, 80, 3), 100, np.uint8), None)
+    heat_map = open_networks(str(red_network(tmp_path, (60, 80), factor=2.0))).heat_map
+    heat_map(np.full((60, 80, 3), 100, np.uint8))
     with pytest.raises(DetectorError, match=r'red.onnx must be from 0 to 1, got 2 to 2'):
-        mapper.draw(np.full((60, 80, 3), 255, np.uint8), None)
+        heat_map(np.full((60, 80, 3), 255, np.uint8))
 
 
 @pytest.mark.parametrize('shape', [(1, 5, 7, 9), (1, 7, 9), (1, 2, 64, 96), (10,)])

@@ -51,5 +51,5 @@ def test_what_is_no_image_or_no_network_is_refused(tmp_path):
     for content in (None, b'', b'text', PersonDetector.__doc__.encode()):
         if content is not None:
             spoilt.write_bytes(content)
-        with pytest.raises(DetectorError, match=r'spoilt.onnx.gz.*auto_init: walk'):
+        with pytest.raises(DetectorError, match=r'spoilt.onnx.gz.*auto_init: none'):
             PersonDetector(spoilt)

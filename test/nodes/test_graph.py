@@ -211,7 +211,7 @@ def test_nodes_find_what_the_stages_find_again_in_a_bag_that_loops_and_keep_noth
         first, again = messages[: len(frames)], messages[len(frames) :]
         assert [told(each) for each in first] == [told(each) for each in again], topic
     # The nodes have no detector here.
-    config = PipelineConfig(starting=StartingConfig(auto_init='walk'))
+    config = PipelineConfig(starting=StartingConfig(auto_init='none'))
     pipeline = Pipeline(config, small_bank())
     pipeline.initialize(box)
     for index, (each, message) in enumerate(zip(frames, bench.received['mask'], strict=False)):

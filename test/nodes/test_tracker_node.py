@@ -13,9 +13,9 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import CompressedImage, Image, RegionOfInterest
 from std_srvs.srv import SetBool, Trigger
 
-from gait_segmentation.detector import lookout
+from gait_segmentation.detector import scheduler
+from gait_segmentation.detector.detection import Detection
 from gait_segmentation.detector.networks import Networks
-from gait_segmentation.detector.person_detector import Detection
 from gait_segmentation.errors import DetectorError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_bgr, read_mono8
@@ -255,7 +255,7 @@ def test_detections_start_tracks_of_new_people_and_tracks_go_out(
 
 
 def test_heat_maps_start_tracks(bench: Bench) -> None:
-    node = bench.add(TrackerNode)
+    node = bench.add(TrackerNode, **{'starting.auto_init': 'detector'})
     bench.record_outputs('person_0/box')
     camera = bench.publisher(Image, 'image', 1)
     maps = bench.publisher(Image, 'heat_map', 1, BEST_EFFORT)
@@ -280,7 +280,7 @@ def test_the_detector_looks_beside_the_frames(bench: Bench, monkeypatch) -> None
         figure = Box.around(cv2.inRange(image, (0, 0, 200), (60, 60, 255)))
         return [] if figure is None else [Detection(figure, 0.9)]
 
-    monkeypatch.setattr(lookout, 'open_networks', lambda name: Networks(people))
+    monkeypatch.setattr(scheduler, 'open_networks', lambda name: Networks(people))
     node = bench.add(TrackerNode, **{'starting.auto_init': 'detector'})
     bench.record_outputs('person_0/box')
     camera = bench.publisher(Image, 'image', 1)

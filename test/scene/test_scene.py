@@ -10,10 +10,10 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.scene.ego_motion import WorldMotion
 from gait_segmentation.scene.scene import (
     Frame,
+    Regions,
     Scene,
     SceneOptions,
     View,
-    Whereabouts,
     moving_pixels,
     windows_about,
 )
@@ -29,7 +29,7 @@ class Place:
 
     def __init__(self) -> None:
         self.scene, self.view, self.stamp_ns = Scene(SOURCE), View(SOURCE, 1.0), 0
-        self.where = Whereabouts()
+        self.where = Regions()
 
     def show(self, image: np.ndarray, *, camera: bool = True, texture: bool = True) -> Frame:
         """Take in a frame."""
@@ -56,7 +56,7 @@ class Place:
 def test_the_background_is_learnt_about_people_or_everywhere(everywhere: bool) -> None:
     made = Place()
     made.show(wall())
-    made.where = Whereabouts((Box(20, 40, 30, 100),), everywhere)
+    made.where = Regions((Box(20, 40, 30, 100),), everywhere)
     made.show(wall())
     made.learn(margins=[(slice(0, 50), slice(0, 50))])
     count = made.view.background.count

@@ -11,9 +11,9 @@ from itertools import cycle
 import cv2
 import numpy as np
 
-from gait_segmentation.detector.lookout import Lookout
+from gait_segmentation.detector.detection import Detection
 from gait_segmentation.detector.networks import DetectorConfig, Networks
-from gait_segmentation.detector.person_detector import Detection
+from gait_segmentation.detector.scheduler import DetectorScheduler
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import Feedback, TrackResult
 from gait_segmentation.starting import StartingConfig
@@ -104,11 +104,16 @@ def picture(
     return image, masks
 
 
+def blind() -> DetectorScheduler:
+    """Return a detector that never sees anybody."""
+    return DetectorScheduler(networks=Networks(lambda image: []))
+
+
 def watched(boxes: list[Box], slots: int = 1, period: float = 0.02, **tracking) -> 'Told':
     """Return a tracker with a detector that looks so often, and sees what is in a list."""
     config = DetectorConfig(calm_period=period, urgent_period=period)
     networks = Networks(lambda image: [Detection(box, 0.9) for box in boxes])
-    return Told(slots, 'detector', lookout=Lookout(config, networks), **tracking)
+    return Told(slots, 'detector', scheduler=DetectorScheduler(config, networks), **tracking)
 
 
 class Told:
@@ -119,7 +124,7 @@ class Told:
         slots: int = 1,
         auto: str = 'none',
         late: int = 0,
-        lookout: Lookout | None = None,
+        scheduler: DetectorScheduler | None = None,
         **tracking,
     ) -> None:
         self.tracker = PeopleTracker(
@@ -127,7 +132,7 @@ class Told:
             TrackingConfig(**tracking),
             max_people=slots,
             starting=StartingConfig(auto_init=auto),
-            lookout=lookout,
+            scheduler=scheduler,
         )
         self.frames = 0
         self._late, self._waiting = late, deque[list[Feedback]]()

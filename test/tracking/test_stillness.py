@@ -4,9 +4,9 @@ from itertools import count
 
 import numpy as np
 
-from gait_segmentation.detector.lookout import Lookout
+from gait_segmentation.detector.detection import Detection
 from gait_segmentation.detector.networks import Networks
-from gait_segmentation.detector.person_detector import Detection
+from gait_segmentation.detector.scheduler import DetectorScheduler
 from test.tracking.figures import HEIGHT, WIDTH, Figure, Told, picture, walk
 
 NOISE = [np.random.default_rng(seed).normal(0, 1.5, (HEIGHT, WIDTH, 3)) for seed in range(8)]
@@ -66,7 +66,7 @@ def test_a_picture_that_is_repeated_says_nothing_of_motion():
 def seen_by_a_detector(*figures, score=0.7):
     """Return what is said of a figure in each frame, which a detector sees."""
     network = Networks(lambda image: [Detection(figure.box, score)])
-    track, results = Told(1, 'detector', lookout=Lookout(networks=network)), []
+    track, results = Told(1, 'detector', scheduler=DetectorScheduler(networks=network)), []
     for number, figure in enumerate(figures):
         image, masks = picture([figure])
         results += track.see(noisy(image, number), masks)

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from gait_segmentation.heat_maps import own_regions
 from gait_segmentation.images import count_likely, distance_from, shifted_part
-from gait_segmentation.tracking.association import beyond
+from gait_segmentation.scene.scene import ShownHeat
 from gait_segmentation.tracking.cues import Cue, CueInput, Evidence
+from gait_segmentation.tracking.pixels import beyond
 
 _WRONG = 0.03
 """Probability that a map is wrong though it is certain, which limits the evidence."""
@@ -45,20 +46,19 @@ class HeatMapCue(Cue):
 
     def evidence(self, given: CueInput) -> Evidence | None:
         """Return the evidence of the frame's map, see :meth:`Cue.evidence`."""
-        frame, height = given.view.now, given.pose.height
-        if frame.heat is None or not frame.heat_trust:
+        height, heat = given.pose.height, _values(given)
+        if heat is None:
             return None
-        dx, dy = given.moved(given.states[max(-1 - frame.heat_frames, -len(given.states))])
-        values = shifted_part(frame.heat, round(dx), round(dy), given.window)
-        if frame.heat_frames:
-            side = 2 * round(_CHANGE * frame.heat_frames * height) + 1
+        values, frames, trust = heat
+        if frames:
+            side = 2 * round(_CHANGE * frames * height) + 1
             values = np.asarray(cv2.blur(values, (side, side)))
         own = own_regions(values, given.expected)
         person = np.where(given.logit > 0, given.expected, 0)
         self.shown = shown = count_likely(cv2.min(own, person)) / max(count_likely(person), 1)
         area, usual = count_likely(own), max(given.usual_area * height**2, 1.0)
         others = max(area - _ONE * usual, 0.0) / max(own.size - usual, 1.0)
-        found = map_evidence(own, frame.heat_trust, shown, others)
+        found = map_evidence(own, trust, shown, others)
         several = np.clip((area / usual - _ONE) / (_TWO - _ONE), 0, 1)
         several = np.float32(max(several, 1 - covered(shown)))
         if several:
@@ -66,6 +66,21 @@ class HeatMapCue(Cue):
             away = beyond(distance_from(given.expected > 127), height / 2)
             found *= np.where(found > 0, 1 - several * away, 1)
         return Evidence(found)
+
+
+def _values(given: CueInput) -> ShownHeat | None:
+    """Return what counts in the window: what was drawn of this person alone, else the heat map."""
+    if given.drawn is not None and given.is_drawn:
+        mask, state = given.drawn
+        then_ns = state.frame.image.stamp_ns
+        frames = sum(each.frame.image.stamp_ns > then_ns for each in given.states)
+        values = mask.drawn(given.window, given.view.scale, given.moved(state))
+        return ShownHeat(values, frames, 1.0)
+    heat = given.view.heat
+    if heat is None or not heat.trust:
+        return None
+    dx, dy = given.moved(given.states[max(-1 - heat.frames, -len(given.states))])
+    return heat._replace(values=shifted_part(heat.values, round(dx), round(dy), given.window))
 
 
 def covered(shown: float) -> float:

@@ -9,13 +9,11 @@ that the track has learnt, so nothing that it knows speaks against it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.tracking.cues import Cue, CueInput, Evidence
-from gait_segmentation.tracking.track import SAME_PERSON, State
+from gait_segmentation.tracking.state import State
 
 _MARGIN = 0.1
 """How far about the box a person may be, in body heights."""
@@ -53,8 +51,8 @@ class SightingCue(Cue):
 
     def evidence(self, given: CueInput) -> Evidence | None:
         """Return what the last box says of the newest frame, see :meth:`Cue.evidence`."""
-        box, frame = self.box_in(given.states[-1]), given.view.now
-        if box is None or (frame.heat is not None and frame.heat_trust > _TRUSTED):
+        box, heat = self.box_in(given.states[-1]), given.view.heat
+        if box is None or given.is_drawn or (heat is not None and heat.trust > _TRUSTED):
             return None
         margin = _MARGIN * box.height
         rows, columns = given.window
@@ -63,19 +61,3 @@ class SightingCue(Cue):
         logit = np.full((height, width), _BEYOND, np.float32)
         logit[here.padded(margin, margin).slices(width, height)] = 0
         return Evidence(logit)
-
-
-def recognize(people: Sequence[Sequence[Box]], seen: Sequence[Box]) -> list[tuple[int, int]]:
-    """
-    Return the numbers of who was seen in which box: each is the best match of the other.
-
-    :param people: the boxes in which each may be.
-    """
-    overlap = np.array([[max(own.iou(box) for own in there) for box in seen] for there in people])
-    if not overlap.size:
-        return []
-    return [
-        (number, best)
-        for number, best in enumerate(overlap.argmax(axis=1).tolist())
-        if overlap[number, best] >= SAME_PERSON and overlap[:, best].argmax() == number
-    ]

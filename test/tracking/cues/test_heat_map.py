@@ -5,10 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from gait_segmentation.scene.scene import ShownHeat
 from gait_segmentation.tracking import TrackingConfig
 from gait_segmentation.tracking.cues import CueInput
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
-from gait_segmentation.tracking.track import State
+from gait_segmentation.tracking.state import State
 
 SHAPE = (120, 200)
 WINDOW = (slice(10, 110), slice(30, 190))
@@ -31,13 +32,14 @@ def evidence(
     heat: np.ndarray | None, trust: float = 1.0, age: int = 0, moved: tuple[int, int] = (0, 0)
 ) -> np.ndarray | None:
     """Return what a map, so many frames old, says of somebody who moved since, in the image."""
-    frame = SimpleNamespace(heat=heat, heat_trust=trust, heat_frames=age)
+    frame = SimpleNamespace()
+    shown = None if heat is None else ShownHeat(heat, age, trust)
     states = [State(frame, (0.0, 0.0))] * age + [State(frame, moved)]
     expected = body(*moved)[WINDOW]
     logit = np.where(expected > 0, 1, -1).astype(np.float32)
     area = np.count_nonzero(PERSON) / HEIGHT**2
     given = CueInput(
-        SimpleNamespace(now=frame),
+        SimpleNamespace(now=frame, heat=shown),
         states,
         SimpleNamespace(height=HEIGHT),
         WINDOW,

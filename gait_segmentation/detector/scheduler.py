@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A look at the whole image now and then, by networks that nothing here has taught."""
+"""When the networks look at whole images, and what they see."""
 
 from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
@@ -14,30 +14,33 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.detector.detection import Detection
 from gait_segmentation.detector.networks import BOXES, DetectorConfig, Networks, open_networks
-from gait_segmentation.detector.person_detector import Detection
 from gait_segmentation.errors import GaitSegmentationError
+from gait_segmentation.geometry import Box
 
 _NICENESS = 10
 
 
 @dataclass(frozen=True)
-class Sighting:
+class Detections:
     """
-    What was seen in the frame of a stamp.
+    What the networks saw in the frame of a stamp.
 
-    ``people`` is None where nobody was looked for; ``heat_map`` is (h, w) uint8, P(person), if
-    there is a network for that; ``error`` says why nothing can be seen.
+    ``people`` are those of a detector, None where it did not look; ``drawn`` those about whom it
+    was asked for a mask, and ``heat_map`` is (h, w) uint8, P(person) of any of them, if there is a
+    network for that; ``error`` says why nothing can be seen.
     """
 
     stamp_ns: int
     people: tuple[Detection, ...] | None
+    drawn: tuple[Detection, ...] = ()
     heat_map: NDArray[np.uint8] | None = None
     seconds: float = 0.0
     error: str = ''
 
 
-class Lookout:
+class DetectorScheduler:
     """
     Decides which frames the networks look at, and has them look.
 
@@ -58,7 +61,7 @@ class Lookout:
         Prepare for the first frame.
 
         :param networks: what looks; if None that of the configuration, loaded at the first look.
-        :param clock: seconds for the sightings, e.g. ``time.perf_counter``.
+        :param clock: seconds for the detections, e.g. ``time.perf_counter``.
         """
         self._config = config or DetectorConfig()
         self._networks = networks
@@ -69,31 +72,36 @@ class Lookout:
             self.pools = ThreadPoolExecutor(1, 'calm', _give_way), ThreadPoolExecutor(1, 'urgent')
         self._clock = clock
         self._blind = False
-        self._people: tuple[Detection, ...] | None = None
         self.reset()
 
     def reset(self) -> None:
         """Look at the next frame, whatever its stamp is."""
         self._last_ns: int | None = None
-        self._running: Future[Sighting] | None = None
-        self._fresh = True
-        self.newest: Sighting | None = None
-        """The newest that says who is there, if any does, for the diagnostics."""
+        self._running: Future[Detections] | None = None
+        self.newest: Detections | None = None
+        """The newest that say who is there, if any do, for the diagnostics."""
 
     def look(
-        self, image: NDArray[np.uint8], stamp_ns: int, *, boxes: bool = True, urgent: bool
-    ) -> Sighting | None:
+        self,
+        image: NDArray[np.uint8],
+        stamp_ns: int,
+        people: Sequence[Box] = (),
+        *,
+        boxes: bool = True,
+        urgent: bool,
+    ) -> Detections | None:
         """
         Take in a frame.
 
         :param image: (H, W, 3) uint8 BGR; with a thread it must not be written to any more.
         :param stamp_ns: its stamp.
+        :param people: boxes of who is known in it, the most important first.
         :param boxes: whether it is asked who is in the image.
         :param urgent: whether somebody is missing.
         :returns: what was seen since the last call, in this frame or one before, if there was a
             look.
         :raises DetectorError: if a network cannot be loaded, or gives what it must not; with a
-            thread the sighting says so.
+            thread the detections say so.
         """
         seen = None
         if self._running is not None:
@@ -103,56 +111,53 @@ class Lookout:
             if seen.people is not None or seen.error or self.newest is None:
                 self.newest = seen
         # Which networks a file has is known once it is loaded.
-        mapper = None if self._networks is None else self._networks.mapper
-        draws = mapper is not None or (self._networks is None and self._config.network != BOXES)
-        needed = mapper is not None and mapper.needs_people
-        period_s = self._config.calm_period
-        if urgent or needed:
-            period_s = self._config.urgent_period
+        networks, masks, draws = self._networks, False, self._config.network != BOXES
+        if networks is not None:
+            masks = networks.masks is not None
+            draws = masks or networks.heat_map is not None
+        urgent_too = urgent or masks
+        period_s = self._config.urgent_period if urgent_too else self._config.calm_period
         passed = self._last_ns is None or stamp_ns - self._last_ns >= round(1e9 * period_s)
-        due = (boxes or needed) and passed
+        due = (boxes or masks) and passed
         if self._blind or not (due or draws):
             return seen
         if due:
             self._last_ns = stamp_ns
-        fresh, self._fresh = self._fresh, False
         if self.pools is None:
-            self.newest = self._sighting(image, stamp_ns, due, fresh)
+            self.newest = self._detections(image, stamp_ns, people, due=due)
             return self.newest
-        self._running = self.pools[urgent].submit(self._tried, image, stamp_ns, due, fresh)
+        self._running = self.pools[urgent].submit(self._tried, image, stamp_ns, people, due)
         return seen
 
-    def _tried(self, image: NDArray[np.uint8], stamp_ns: int, due: bool, fresh: bool) -> Sighting:
+    def _tried(
+        self, image: NDArray[np.uint8], stamp_ns: int, people: Sequence[Box], due: bool
+    ) -> Detections:
         try:
             with self._lock:
                 # Who is there is told before they are drawn, in the next image: neither is late.
-                return self._sighting(image, stamp_ns, due, fresh, draw=not due)
+                return self._detections(image, stamp_ns, people, due=due, draw=not due)
         except GaitSegmentationError as error:
             self._blind = self._networks is None
-            return Sighting(stamp_ns, None, error=str(error))
+            return Detections(stamp_ns, None, error=str(error))
 
-    def _sighting(
+    def _detections(
         self,
         image: NDArray[np.uint8],
         stamp_ns: int,
-        due: bool,
-        fresh: bool,
+        people: Sequence[Box],
         *,
+        due: bool,
         draw: bool = True,
-    ) -> Sighting:
+    ) -> Detections:
         if self._networks is None:
             self._networks = open_networks(self._config.network)
-        started = self._clock()
-        mapper, people, heat_map = self._networks.mapper, None, None
-        if due or (mapper is not None and mapper.needs_people and fresh):
-            people = tuple(self._networks.people(image))
-        if mapper is not None:
-            if fresh:
-                mapper.reset()
-            self._people = people if people is not None else self._people
-            if draw:
-                heat_map, self._people = mapper.draw(image, self._people), None
-        return Sighting(stamp_ns, people, heat_map, self._clock() - started)
+        started, networks = self._clock(), self._networks
+        seen = tuple(networks.people(image)) if due else None
+        drawn: tuple[Detection, ...] = ()
+        if draw and networks.masks is not None:
+            seen, drawn = networks.masks.draw(image, people, seen)
+        heat_map = networks.heat_map(image) if draw and networks.heat_map is not None else None
+        return Detections(stamp_ns, seen, drawn, heat_map, self._clock() - started)
 
 
 def _give_way() -> None:

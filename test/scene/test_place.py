@@ -8,8 +8,8 @@ import pytest
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.scene.background import BackgroundModel
+from gait_segmentation.scene.place import PlaceMemory, moving_bodies
 from gait_segmentation.scene.scene import Scene
-from gait_segmentation.starting.moving import MotionDetector, MovingRegions, find_blobs
 
 SHAPE = (120, 160)
 RED = (40, 30, 220)
@@ -34,18 +34,19 @@ class Watch:
 
     def __init__(self) -> None:
         self.scene = Scene(SHAPE)
-        self.detector: MotionDetector | None = None
+        self.place: PlaceMemory | None = None
 
-    def show(self, number: int, image: np.ndarray, *known: Box) -> MovingRegions:
-        """Show a frame, with noise."""
+    def show(self, number: int, image: np.ndarray, *known: Box) -> np.ndarray:
+        """Show a frame, with noise; return what moves in it beside who is known."""
         noisy = image + np.random.default_rng(number).normal(0, 2, image.shape)
         stamp_ns = 10**9 + 40_000_000 * number
         self.scene.advance(np.clip(noisy, 0, 255).astype(np.uint8), stamp_ns)
-        self.detector = self.detector or MotionDetector(self.scene, 1.0)
-        return self.detector.update(known)
+        self.place = self.place or PlaceMemory(self.scene)
+        self.place.update(known)
+        return self.scene.moving > 0
 
     def background(self) -> BackgroundModel:
-        return self.detector.known.known(SHAPE)
+        return self.place.known.known(SHAPE)
 
 
 def block(number: int) -> Box:
@@ -63,40 +64,30 @@ def lab_of(image: np.ndarray) -> np.ndarray:
 
 
 def test_what_comes_to_stay_becomes_background_the_sooner_the_less_was_known() -> None:
-    times = []
+    times, part = [], (slice(42, 78), slice(62, 78))
     for known in (10, 60):
         scene = Watch()
         for number in range(known):
             scene.show(number, seen(0))
         image = seen(0)
         image[40:80, 60:80] = RED
-        frame = scene.show(known, image)
-        assert (frame.evidence[42:78, 62:78] > 127).all()
-        for number in range(known + 1, known + 60):
-            if not (scene.show(number, image).evidence[42:78, 62:78] > 127).any():
+        for number in range(known, known + 60):
+            scene.show(number, image)
+            place = scene.background()
+            off = np.abs(place.mean[part] - lab_of(image)[part].astype(float))
+            if place.count[part].min() >= 2 and off.max() < 12:
                 break
         times.append(number - known)
     assert 5 < times[0] < times[1] < 40
 
 
 def test_another_picture_begins_anew() -> None:
-    scene, places = Watch(), (seen(0), seen(0)[::-1, ::-1])
-    frames = [scene.show(number, places[number >= 12]) for number in range(24)]
-    assert [number for number, frame in enumerate(frames) if frame.fresh][:1] == [12]
-    assert frames[-1].blobs == []
-
-
-def test_a_shadow_does_not_stand_out() -> None:
-    scene = Watch()
-    for number in range(12):
-        scene.show(number, seen(0))
-    image = seen(0)
-    image[30:60, 30:60] *= 0.8
-    image[30:60, 90:120] *= 0.3
-    # Once it does not move any more.
-    evidence = [scene.show(number, image).evidence for number in range(12, 18)][-1]
-    assert (evidence[33:57, 33:57] > 127).mean() < 0.1
-    assert (evidence[33:57, 93:117] > 127).mean() > 0.9
+    scene, other = Watch(), seen(0)[::-1, ::-1]
+    for number in range(24):
+        moving = scene.show(number, seen(0) if number < 12 else other)
+    assert not moving.any()
+    known = scene.background()
+    assert np.abs(known.mean - lab_of(other))[known.count >= 2].max() < 12
 
 
 @pytest.mark.parametrize('pan', [0.0, 1.3])
@@ -107,12 +98,14 @@ def test_who_is_known_is_no_blob_and_is_not_learnt(pan: float) -> None:
         known, other = Box(20 + number, 30, 16, 60), Box(60 + 2 * number, 40, 24, 50)
         for box in (known, other):
             image[inside(box)] = RED
-        frame = scene.show(number, image, known.padded(3, 3))
-    assert max(blob.box.iou(other) for blob in frame.blobs) > 0.5
-    assert max(blob.box.iou(known) for blob in frame.blobs) < 0.1
-    # Once it is not known any more it stands out at once.
-    frame = scene.show(24, image)
-    assert max(blob.box.iou(known) for blob in frame.blobs) > 0.4
+        moving = scene.show(number, image, known.padded(3, 3))
+    assert Box.around(moving[:, 85:]).shifted(85, 0).iou(other) > 0.5
+    # What is taken for known is not looked at.
+    assert moving[inside(known)].all()
+    place, path = scene.background(), np.zeros(SHAPE, np.bool_)
+    path[32:88, 22:42] = True
+    off = np.abs(place.mean - lab_of(seen(23, pan)))[path & (place.count >= 2)]
+    assert np.percentile(off, 95) < 12
 
 
 @pytest.mark.parametrize('pan', [0.0, 1.3])
@@ -122,13 +115,8 @@ def test_a_walker_of_the_first_frame_and_the_place_behind_are_soon_known(pan: fl
         image = seen(number, pan)
         image[inside(block(number))] = RED
         shown.append(scene.show(number, image))
-    [blob] = [each for each in shown[24].blobs if each.box.iou(block(24)) > 0]
-    assert blob.box.iou(block(24)) > 0.5
-    silhouettes = shown[15].silhouettes
-    assert (silhouettes[inside(block(15))] > 0).mean() > 0.9
-    assert (silhouettes[:, 74:] > 0).mean() < 0.02
-    assert sum(frame.shift[0] for frame in shown) == pytest.approx(-pan * 29, abs=2.0)
-    assert abs(sum(frame.shift[1] for frame in shown)) < 1
+    assert shown[15][inside(block(15))].mean() > 0.9
+    assert shown[15][:, 74:].mean() < 0.02
     found, truth = scene.background(), seen(29, pan)
     known = found.count >= 2
     # Also where the walker was at first.
@@ -170,31 +158,27 @@ def image(*boxes: tuple[int, int, int, int]) -> np.ndarray:
 
 def test_parts_above_each_other_are_one_body() -> None:
     body = image((40, 20, 20, 40), (42, 66, 8, 30))
-    blobs, _ = find_blobs(body, body)
-    assert [blob.box for blob in blobs] == [Box(40, 20, 20, 76)]
-    assert blobs[0].area == blobs[0].moving == 20 * 40 + 8 * 30
+    assert np.array_equal(moving_bodies(body, body), body)
+    # One that stands beside is not the same, though both are known to have moved somewhere.
+    apart = image((40, 20, 20, 40), (80, 66, 8, 30))
+    moves = image((40, 20, 2, 40), (58, 20, 2, 40), (80, 66, 8, 30))
+    assert np.array_equal(moving_bodies(apart, moves), apart)
 
 
-def test_the_box_is_about_what_moves_now() -> None:
+def test_only_what_moves_now_is_marked() -> None:
     # A walker beside the place that was uncovered when he left, still joined to it.
-    evidence = image((20, 20, 60, 60))
-    blobs, _ = find_blobs(evidence, image((60, 20, 20, 60)))
-    assert [blob.box for blob in blobs] == [Box(60, 20, 20, 60)]
-    assert blobs[0].area == 3600
-    assert blobs[0].moving == 1200
+    now = image((60, 20, 20, 60))
+    assert np.array_equal(moving_bodies(image((20, 20, 60, 60)), now), now)
 
 
 def test_rows_are_filled_between_what_moves() -> None:
     # Of a plain coat only the edges are seen to move.
     edges = image((40, 20, 3, 60), (57, 20, 3, 60))
     coat = image((40, 20, 20, 60))
-    _, filled = find_blobs(coat, edges)
-    assert np.array_equal(filled, coat)
+    assert np.array_equal(moving_bodies(coat, edges), coat)
 
 
-def test_specks_and_what_does_not_move_are_no_blobs() -> None:
-    assert find_blobs(image((10, 10, 2, 2)), image((10, 10, 2, 2)))[0] == []
-    assert find_blobs(image((10, 10, 20, 40)), image())[0] == []
-    blobs, filled = find_blobs(image(), image())
-    assert blobs == []
-    assert not filled.any()
+def test_specks_and_what_does_not_move_are_no_bodies() -> None:
+    assert not moving_bodies(image((10, 10, 2, 2)), image((10, 10, 2, 2))).any()
+    assert not moving_bodies(image((10, 10, 20, 40)), image()).any()
+    assert not moving_bodies(image(), image()).any()

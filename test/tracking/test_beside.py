@@ -4,10 +4,16 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.tracking import bystanders
-from test.tracking.figures import BLUE, GREEN, RED, Figure, Told, picture, watched
+from gait_segmentation.tracking import people
+from gait_segmentation.tracking.track import Track
+from test.tracking.figures import BLUE, GREEN, RED, Figure, Told, blind, picture, watched
 
 STAYS = Figure(120)
+
+
+def beside(told: Told) -> list[Track]:
+    """Return who is followed without a slot."""
+    return [track for track in told.tracker._people.tracks if track.slot is None]
 
 
 def taken(told: Told, *others: Figure, shown: bool = True) -> float:
@@ -35,32 +41,31 @@ def test_who_passes_takes_their_own_pixels_along_whatever_they_wear(coat) -> Non
 
 def test_they_are_followed_while_they_are_near_and_the_map_shows_them() -> None:
     told = started()
-    group = told.tracker._slots.bystanders
     taken(told)
-    assert group.tracks == []
+    assert beside(told) == []
     taken(told, Figure(185, BLUE))
-    [first] = group.tracks
+    [first] = beside(told)
     for x in range(210, 480, 6):
         taken(told, Figure(x, BLUE))
-        assert len(group.tracks) <= 1
-    assert group.tracks == [], 'gone'
+        assert len(beside(told)) <= 1
+    assert beside(told) == [], 'gone'
     for _ in range(3):
         taken(told, Figure(185, BLUE))
-    [second] = group.tracks
+    [second] = beside(told)
     assert second is not first
     for _ in range(6):
         image, (_, own) = picture([Figure(185, BLUE), STAYS])
         told.tracker.add_heat_map(own, told.stamp_ns)
         told.see(image, [own])
-    assert group.tracks == [], 'not shown'
+    assert beside(told) == [], 'not shown'
 
 
 def test_whom_a_map_shows_in_a_box_that_is_given_is_no_bystander() -> None:
-    told = Told(1, 'walk')
+    told = Told(1, 'detector', scheduler=blind())
     told.start(STAYS)
     for _ in range(3):
         taken(told)
-        assert told.tracker._slots.bystanders.tracks == []
+        assert beside(told) == []
 
 
 def test_there_are_none_without_a_map_and_at_most_so_many(monkeypatch) -> None:
@@ -68,11 +73,11 @@ def test_there_are_none_without_a_map_and_at_most_so_many(monkeypatch) -> None:
     told = started()
     for _ in range(3):
         taken(told, *crowd, shown=False)
-    assert told.tracker._slots.bystanders.tracks == []
-    monkeypatch.setattr(bystanders, 'MOST', 2)
+    assert beside(told) == []
+    monkeypatch.setattr(people, '_MOST_BESIDE', 2)
     for _ in range(3):
         taken(told, *crowd)
-    assert len(told.tracker._slots.bystanders.tracks) == 2
+    assert len(beside(told)) == 2
 
 
 def test_a_bystander_who_gets_a_slot_is_no_bystander_any_more() -> None:
@@ -85,8 +90,8 @@ def test_a_bystander_who_gets_a_slot_is_no_bystander_any_more() -> None:
         if number == 2:
             told.start(other)
         results = told.see(image, [own, theirs])
-        assert len(told.tracker._slots.bystanders.tracks) == (number < 2)
-    assert [result.track_id for result in results] == [1, 2]
+        assert len(beside(told)) == (number < 2)
+    assert [result.track_id for result in results] == [1, 3]
 
 
 def test_a_map_of_something_else_shows_nobody_beside() -> None:
@@ -95,7 +100,7 @@ def test_a_map_of_something_else_shows_nobody_beside() -> None:
         image, (theirs, own) = picture([Figure(185, BLUE), STAYS])
         told.tracker.add_heat_map(np.roll(theirs | own, (9, 14), (0, 1)), told.stamp_ns)
         told.see(image, [own])
-    assert told.tracker._slots.bystanders.tracks == []
+    assert beside(told) == []
 
 
 class Watched:
@@ -108,8 +113,8 @@ class Watched:
             self.told.start(STAYS)
 
     @property
-    def tracks(self) -> list[bystanders.Bystander]:
-        return self.told.tracker._slots.bystanders.tracks
+    def tracks(self) -> list[Track]:
+        return beside(self.told)
 
     def taken(self, *others: Figure, seen: bool = True) -> float:
         """Show others behind who stays; return the share that is taken of them."""
@@ -150,7 +155,7 @@ def test_a_bystander_gets_a_slot_that_is_free() -> None:
         seen.taken(first, second)
     [other] = seen.tracks
     assert other.body.iou(second.box) > 0.5
-    seen.told.tracker._slots._slots[1] = None
+    seen.told.tracker._people.remove(slot=1)
     for _ in range(3):
         seen.taken(second)
     bodies = [track.body for track in seen.told.tracker.tracks()]

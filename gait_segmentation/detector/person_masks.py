@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A heat map of several people: the pose network of mediapipe on a square about each of them."""
+"""A mask of each person: by the pose network of mediapipe on a square about them."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ import sys
 import tempfile
 import zipfile
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.detector.person_detector import Detection
+from gait_segmentation.detector.detection import SAME_PERSON, Detection, SoftMask
 from gait_segmentation.errors import DetectorError, one_line
 from gait_segmentation.geometry import Box
 
@@ -34,18 +34,20 @@ _SQUARE_PX = 256
 _SQUARE, _LOWER = 1.35, 0.03
 """Side of the square about a person, and how far it lies below their middle, in their height."""
 
-_START, _GO_ON = 0.4, 0.15
-"""Scores from which a detection is somebody new, and somebody who was there before."""
+_LEAST_SCORE = 0.4
+"""Score from which a person who is not known yet is drawn."""
 
-_SAME_DETECTED, _SAME_MASK = 0.3, 0.5
-"""Intersection over union of two boxes of one person: detected, and about their mask."""
+_FITS = 0.5
+"""Intersection over union of a box and that of the mask in it, from which the latter is better."""
 
-_MOST_MISSED, _MOST_PEOPLE = 2, 5
+MOST_DRAWN = 5
+"""People who are drawn in one image."""
+
 _DRAWN_BEYOND = 0.15
 """How far beyond its box a person is drawn, in the box's height."""
 
 _LEAST_DRAWN = 20
-"""Pixels of a mask from which it has a box."""
+"""Pixels of a mask, as the network gives it, from which it has a box."""
 
 
 def network_file() -> Path:
@@ -84,21 +86,8 @@ def fetch() -> Path:
     return place
 
 
-@dataclass(frozen=True)
-class _Person:
-    box: Box
-    score: float
-    missed: int = 0
-
-
-class PersonMap:
-    """
-    Draws people: each whom a detector sees is followed, by their own mask between two looks.
-
-    It remembers people, so that it must see all frames in their order.
-    """
-
-    needs_people = True
+class PersonMasks:
+    """Draws people in single images, each on their own."""
 
     def __init__(self, path: Path | None = None) -> None:
         """
@@ -120,67 +109,54 @@ class PersonMap:
             raise DetectorError(
                 f'OpenCV {cv2.__version__} cannot load {path}, 5.0 can: {one_line(error)}'
             ) from error
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget who was there."""
-        self._people: list[_Person] = []
 
     def draw(
-        self, image: NDArray[np.uint8], people: Sequence[Detection] | None
-    ) -> NDArray[np.uint8]:
+        self, image: NDArray[np.uint8], people: Sequence[Box], seen: Sequence[Detection] | None
+    ) -> tuple[tuple[Detection, ...] | None, tuple[Detection, ...]]:
         """
-        Return P(person) in every pixel, 255 = certain, (H, W) uint8.
+        Draw who is known and who is seen, as far as there are not too many.
 
         :param image: (H, W, 3) uint8 BGR.
-        :param people: whom the detector sees in it, None if it did not look.
+        :param people: boxes of who is known in it, the most important first.
+        :param seen: whom a detector sees in it, None if it did not look.
+        :returns: whom it sees, with masks, and detections (score 0) of the others known.
         """
-        if people is not None:
-            self._follow(people)
-        drawn = np.zeros(image.shape[:2], np.uint8)
-        shown = [self._draw(each, image, drawn) for each in self._people[:_MOST_PEOPLE]]
-        self._people[:_MOST_PEOPLE] = shown
-        return drawn
+        masked, left, drawn = list(seen or ()), set(range(len(seen or ()))), []
+        for box in people[:MOST_DRAWN]:
+            same = max(left, key=lambda number: masked[number].box.iou(box), default=None)
+            if same is not None and masked[same].box.iou(box) >= SAME_PERSON:
+                masked[same] = self._draw(image, masked[same])
+                left.remove(same)
+            else:
+                person = self._draw(image, Detection(box, 0.0))
+                drawn.append(replace(person, box=_about(person) or box))
+        new = [number for number in left if masked[number].score >= _LEAST_SCORE]
+        new.sort(key=lambda number: -masked[number].score)
+        for number in new[: max(MOST_DRAWN - len(people), 0)]:
+            masked[number] = self._draw(image, masked[number])
+        return None if seen is None else tuple(masked), tuple(drawn)
 
-    def _follow(self, people: Sequence[Detection]) -> None:
-        new, known = list(people), []
-        for person in self._people:
-            same = max(new, key=lambda each: each.box.iou(person.box), default=None)
-            if same is not None and same.box.iou(person.box) >= _SAME_DETECTED:
-                new.remove(same)
-                known.append(_Person(same.box, same.score))
-            elif person.missed < _MOST_MISSED:
-                known.append(replace(person, missed=person.missed + 1))
-        known += [_Person(each.box, each.score) for each in new if each.score >= _START]
-        self._people = sorted(known, key=lambda each: -each.score)
-
-    def _draw(
-        self, person: _Person, image: NDArray[np.uint8], drawn: NDArray[np.uint8]
-    ) -> _Person:
-        """Draw a person; return them with the box of what is drawn."""
+    def _draw(self, image: NDArray[np.uint8], person: Detection) -> Detection:
         box = person.box
         scale = _SQUARE_PX / (_SQUARE * max(box.width, box.height))
         x, y = box.center_x, box.center_y + _LOWER * box.height
-        half = _SQUARE_PX / 2
-        there = np.array([[scale, 0, half - scale * x], [0, scale, half - scale * y]])
+        offset = _SQUARE_PX / 2 - scale * x, _SQUARE_PX / 2 - scale * y
+        there = np.array([[scale, 0, offset[0]], [0, scale, offset[1]]])
         square = cv2.warpAffine(image, there, (_SQUARE_PX, _SQUARE_PX), flags=cv2.INTER_LINEAR)
         self._net.setInput(cv2.dnn.blobFromImage(square, 1 / 255, swapRB=True))
         odds = self._net.forward(_MASK)[0, 0]
-        likely = 255 / (1 + np.exp(-np.clip(odds, -20, 20)))
-        rows, columns = box.slices(image.shape[1], image.shape[0], _DRAWN_BEYOND * box.height)
-        view = drawn[rows, columns]
-        if not view.size:
-            return person
-        corner = np.array([columns.start, rows.start])
-        there[:, 2] += there[:, :2] @ corner
-        back = cv2.warpAffine(
-            likely, there, view.shape[::-1], flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        )
-        mask = np.rint(back).astype(np.uint8)
-        np.maximum(view, mask, out=view)
-        sure = mask > 127
-        if np.count_nonzero(sure) > _LEAST_DRAWN:
-            seen = Box.around(sure)
-            if seen is not None and (seen := seen.shifted(*corner)).iou(box) >= _SAME_MASK:
-                return replace(person, box=seen)
-        return person
+        values = np.rint(255 / (1 + np.exp(-np.clip(odds, -20, 20)))).astype(np.uint8)
+        beyond = _DRAWN_BEYOND * box.height
+        return replace(person, mask=SoftMask(values, scale, offset, box.padded(beyond, beyond)))
+
+
+def _about(person: Detection) -> Box | None:
+    """Return the box about what is drawn of a person, None if it is hardly in their box."""
+    assert person.mask is not None
+    sure = person.mask.values > 127
+    box = Box.around(sure) if np.count_nonzero(sure) > _LEAST_DRAWN else None
+    if box is None:
+        return None
+    (x, y), scale = person.mask.offset, person.mask.scale
+    box = box.shifted(-x, -y).scaled(1 / scale)
+    return box if box.iou(person.box) >= _FITS else None

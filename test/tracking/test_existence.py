@@ -2,50 +2,91 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import pytest
 
-from gait_segmentation.detector.lookout import Lookout, Sighting
+from gait_segmentation.detector.detection import Detection
 from gait_segmentation.detector.networks import Networks
-from gait_segmentation.detector.person_detector import Detection
-from gait_segmentation.geometry import Box
-from gait_segmentation.tracking.attendance import Attendance
-from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.slots import Slots
+from gait_segmentation.detector.scheduler import Detections, DetectorScheduler
+from gait_segmentation.tracking.existence import CERTAIN, Existence
 from test.tracking.figures import Figure, Told, picture, walk
-from test.walkers import small_bank
 
-BOX = Box(10, 10, 40, 100)
-HERE = (Detection(BOX.shifted(5, 5), 0.4),)
-ELSEWHERE = (Detection(BOX.shifted(100, 0), 0.9),)
+TALL, SMALL = 0.4, 0.1
+S = 10**9
 
 
-def misses_until_doubted(*sightings):
-    attendance = Attendance()
-    for each in sightings:
-        attendance.add(each, [BOX])
-        assert not attendance.is_doubted
+def looks(pattern, score=0.9, share=TALL):
+    """Return the existence after looks that saw them (x) or not (.)."""
+    existence = Existence(S)
+    for each in pattern:
+        existence = existence.seen(score, share) if each == 'x' else existence.unseen()
+    return existence
+
+
+def misses_until_doubted(pattern):
+    existence = looks(pattern)
     for count in range(1, 1000):
-        attendance.add(ELSEWHERE, [BOX])
-        if attendance.is_doubted:
-            attendance.add(HERE, [BOX])
-            assert not attendance.is_doubted
+        existence = existence.unseen()
+        if existence.log_odds(S) < 0:
+            assert 'detector' in existence.doubt(S)
+            assert existence.seen(0.9, TALL).log_odds(S) > 0
             return count
     return 0
 
 
 def test_silence_says_the_more_the_more_reliably_somebody_was_seen_before():
-    always, often = [HERE] * 12, [HERE, HERE, ELSEWHERE] * 4
-    rarely = [HERE, ELSEWHERE, ELSEWHERE, ELSEWHERE] * 3
-    assert misses_until_doubted(*always) <= 3
-    assert 3 < misses_until_doubted(*often) < misses_until_doubted(*rarely)
+    always, often, rarely = 'x' * 12, 'xx.' * 4, 'x...' * 3
+    assert misses_until_doubted(always) <= 3
+    assert 3 < misses_until_doubted(often) < misses_until_doubted(rarely)
 
 
-def test_somebody_lost_is_not_whatever_is_a_little_like_a_person():
-    attendance = Attendance()
-    for each in [HERE] * 12 + [ELSEWHERE] * 6:
-        attendance.add(each, [BOX])
-    attendance.add(HERE, [BOX], lost=True)
-    assert attendance.is_doubted
-    attendance.add((Detection(BOX, 0.9),), [BOX], lost=True)
-    assert not attendance.is_doubted
+def test_of_whom_is_found_again_it_is_known_how_reliably_they_are_seen():
+    again = looks('x' * 12 + '...').renewed()
+    assert again.log_odds(S) > 0
+    assert again.unseen().unseen().unseen().log_odds(S) < 0
+
+
+@pytest.mark.parametrize(
+    ('score', 'share', 'looked', 'begins'),
+    [
+        (0.62, TALL, 'x', True),
+        (0.5, TALL, 'xx', False),
+        (0.9, TALL, 'x', True),
+        (0.5, SMALL, 'x', False),
+        (0.5, SMALL, 'xx', True),
+        (0.3, SMALL, 'xxxx', False),
+    ],
+)
+def test_of_the_small_less_is_asked_than_of_the_tall(score, share, looked, begins):
+    assert (looks(looked, score, share).log_odds(S) >= 0) == begins
+
+
+@pytest.mark.parametrize(('score', 'stays'), [(0.6, False), (0.8, True), (0.94, True)])
+def test_what_rests_since_it_was_found_must_look_the_more_like_a_person(score, stays):
+    existence = looks('xxx', score)
+    assert existence.doubt(2 * S - 1) == ''
+    assert ('not moved' not in existence.doubt(2 * S)) == stays
+    assert existence.moving(S).log_odds(9 * S) > 0
+
+
+@pytest.mark.parametrize(('score', 'person'), [(0.35, False), (0.5, True)])
+def test_what_moves_and_hardly_looks_like_a_person_is_none(score, person):
+    assert (looks('x' * 9, score).moving(S).log_odds(2 * S) >= 0) == person
+
+
+def test_what_ceases_to_move_and_looks_otherwise_is_doubted_until_it_moves():
+    existence = looks('xxx').moving(S)
+    assert not existence.is_at_rest(S + S // 5)
+    assert existence.is_at_rest(S + S // 2)
+    assert existence.resting(alike=True) == existence
+    other = existence.resting(alike=False)
+    assert 'otherwise' in other.doubt(2 * S)
+    assert other.moving(2 * S).doubt(2 * S) == ''
+
+
+def test_whose_box_is_given_is_a_person_until_they_are_not_there():
+    given = Existence(S, given=True)
+    assert given.log_odds(99 * S) == CERTAIN
+    for _ in range(9):
+        given = given.unseen()
+    assert given.log_odds(99 * S) < 0
 
 
 class Network:
@@ -60,7 +101,9 @@ class Network:
 
 def told(slots=1):
     network = Network()
-    return Told(slots, 'detector', lookout=Lookout(networks=Networks(network))), network
+    return Told(
+        slots, 'detector', scheduler=DetectorScheduler(networks=Networks(network))
+    ), network
 
 
 def test_who_is_seen_is_tracked_and_followed():
@@ -111,13 +154,13 @@ def test_after_a_reset_people_are_found_again_though_boxes_were_given():
 
 
 def test_without_a_detector_nothing_is_asked():
-    lookout = Lookout(networks=Networks(lambda image: pytest.fail('it was')))
-    track = Told(1, 'walk', lookout=lookout)
+    scheduler = DetectorScheduler(networks=Networks(lambda image: pytest.fail('it was')))
+    track = Told(1, 'none', scheduler=scheduler)
     for _ in range(3):
         track.see(*picture([]))
 
 
-class Late(Lookout):
+class Late(DetectorScheduler):
     """Says so many frames later what was there."""
 
     def __init__(self, frames):
@@ -125,18 +168,18 @@ class Late(Lookout):
         self._frames, self._seen = frames, []
 
     def see(self, figure, stamp_ns):
-        self._seen.append(Sighting(stamp_ns, (Detection(figure.box, 0.9),)))
+        self._seen.append(Detections(stamp_ns, (Detection(figure.box, 0.9),)))
 
-    def look(self, image, stamp_ns, *, boxes=True, urgent):
+    def look(self, image, stamp_ns, people=(), *, boxes=True, urgent):
         return self._seen[-1 - self._frames] if len(self._seen) > self._frames else None
 
 
 @pytest.mark.parametrize(('frames', 'found'), [(0, True), (8, True), (20, False)])
 def test_what_is_said_late_is_of_where_people_were_then(frames, found):
-    lookout = Late(frames)
-    track = Told(2, 'detector', lookout=lookout)
+    scheduler = Late(frames)
+    track = Told(2, 'detector', scheduler=scheduler)
     for figure in walk(Figure(60), 60):
-        lookout.see(figure, track.stamp_ns)
+        scheduler.see(figure, track.stamp_ns)
         results = track.show(figure)
         if frames and not track.tracker.tracks():
             # Whoever is found late is where they were; here they are told.
@@ -144,26 +187,13 @@ def test_what_is_said_late_is_of_where_people_were_then(frames, found):
     states = [each.state for each in results]
     assert states == ['tracked', 'empty']
     assert results[0].track_id == 1
-    assert not track.tracker.tracks()[0].attendance.silent
-    unknown = Told(1, 'detector', lookout=lookout)
-    lookout._seen.clear()
+    assert not track.tracker.tracks()[0].existence.missed
+    unknown = Told(1, 'detector', scheduler=scheduler)
+    scheduler._seen.clear()
     for _ in range(30):
-        lookout.see(Figure(60), unknown.stamp_ns)
+        scheduler.see(Figure(60), unknown.stamp_ns)
         (result,) = unknown.show(Figure(60))
     assert (result.state == 'tracked') == found
-
-
-def test_of_whom_is_found_again_it_is_known_how_reliably_they_are_seen():
-    attendance = Attendance()
-    for _ in range(12):
-        attendance.add(HERE, [BOX])
-    for _ in range(3):
-        attendance.add(ELSEWHERE, [BOX])
-    again = attendance.renewed()
-    assert not again.is_doubted
-    for _ in range(3):
-        again.add(ELSEWHERE, [BOX])
-    assert again.is_doubted
 
 
 def test_who_is_found_again_by_a_detector_is_soon_missed_again():
@@ -179,27 +209,3 @@ def test_who_is_found_again_by_a_detector_is_soon_missed_again():
     assert states[55] == 'tracked'
     assert states[77] == 'lost'
     assert result.track_id == 1
-
-
-class Followed:
-    """A track as far as a detector is concerned."""
-
-    def __init__(self, state: str, box: Box) -> None:
-        self.state, self.attendance, self.box = state, Attendance(), box
-        self.seen_in: list[Box] = []
-
-    def boxes_at(self, stamp_ns: int) -> tuple[Box, Box]:
-        return self.box, self.box
-
-    sought_in = boxes_at
-
-    def see_box(self, box: Box, stamp_ns: int) -> None:
-        self.seen_in.append(box)
-
-
-def test_who_is_lost_takes_no_box_from_who_is_tracked(monkeypatch):
-    lost, tracked = Followed('lost', BOX), Followed('tracked', BOX.shifted(9, 0))
-    slots = Slots(small_bank(), TrackingConfig(), 1)
-    monkeypatch.setattr(slots, 'followed', lambda: [lost, tracked])
-    slots.witness(Sighting(1, (Detection(BOX, 0.9),)))
-    assert (lost.seen_in, tracked.seen_in) == ([], [BOX])

@@ -1,31 +1,37 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-What moves in the scene where no person is tracked yet.
+What the place before a camera looks like without people, all over the image and made small.
 
-It is looked for in a small image, by the difference from a moment ago and from the background,
-which is learnt where nothing moves.  No empty scene is needed: a walker stands out as soon as he
-has moved on by his own width.  What moves is put together to blobs, of one body each.
+It is learnt where nothing moves, by the difference from a moment ago and from what is known, so
+that no empty scene is needed: before it, the first mask of a person who begins is estimated.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import inner_range, median
+from gait_segmentation.images import median
 from gait_segmentation.scene.ego_motion import WorldMotion
 from gait_segmentation.scene.scene import Scene, WholeView
 
+SEARCHED_PX = 256
+"""Longest side of the image that the place is remembered in, in pixels."""
+
+# For several people up to this scale of the source, and this longest side.
+_FINE_SCALE = 0.375
+_FINE_PX = 480
 # Time between two frames that are learnt, at most, and as a share of the time for which the place
 # is known, since the longer it is, the less one more tells.
 _LEARN_S = 0.12
 _LEARN_SHARE = 0.1
+_KEPT_NS = 400_000_000  # pause after which the place is learnt anew
+_LEAST_PERIOD_NS = 25_000_000  # frames that come faster are left out
 _GAP_NS = 140_000_000  # between the two frames whose difference shows what moves now
 _STILL_SPREADS = 2.0  # least difference that is motion, in spreads of a still pixel
 # Range of lightness about a pixel from which it tells by how much the place is off, in times of
@@ -42,57 +48,31 @@ _WEATHER = 0.04
 _GAIN_WEATHER = 0.2
 _SHADOW_FLOOR = 0.6  # darkest shadow, as a share of the background's lightness; clothes are darker
 _BROKEN = 0.5  # share of pixels that differ at which the place is not the one learnt
-# Share of a blob's pixels beyond each end of its box.
-_TRIM_ROWS = 0.005
-_TRIM_COLUMNS = 0.02
-_LEAST_AREA = 10  # pixels of a part of a blob
-_MOST_PARTS = 32  # of all blobs, the largest ones
+_LEAST_AREA = 10  # pixels of a part of a body
+_MOST_PARTS = 32  # of all bodies, the largest ones
 # Share of the narrower part's width that two parts above each other must have in common, and most
 # that they may be apart, in heights of both together.
 _WIDTH_SHARED = 0.4
 _HEIGHTS_APART = 0.25
 
 
-@dataclass(frozen=True)
-class Blob:
-    """
-    Moving pixels that hang together.
+class PlaceMemory:
+    """Learns the place of a scene beside what moves, before a camera that may move."""
 
-    ``box`` is the box of those that move now, ``area`` the number of all pixels and ``moving``
-    that of those that move now.
-    """
+    def __init__(self, scene: Scene, *, fine: bool = False) -> None:
+        """
+        Begin with the newest frame of a scene.
 
-    box: Box
-    area: int
-    moving: int
-
-
-@dataclass(frozen=True)
-class MovingRegions:
-    """
-    What moves in one frame, in the searched image.
-
-    ``evidence`` is (h, w) uint8, 255 where something is that is no background.  ``blobs`` are
-    what hangs together, and ``silhouettes`` (h, w) uint8 0/255 the blobs filled row by row
-    between what moves now.  ``shift`` is by how many pixels the world moved since the last frame,
-    in the middle of the image.  ``fresh`` says that what was known before no longer holds.
-    """
-
-    evidence: NDArray[np.uint8]
-    blobs: list[Blob]
-    silhouettes: NDArray[np.uint8]
-    shift: tuple[float, float]
-    fresh: bool
-
-
-class MotionDetector:
-    """Shows what moves in a scene before a camera that may move, and lets it learn the rest."""
-
-    def __init__(self, scene: Scene, scale: float) -> None:
-        """Begin with the newest frame of a scene, at a scale from source to searched pixels."""
-        self._scene, self._view = scene, WholeView(scene.source, scale)
+        :param fine: whether to look more closely, as several people may be small.
+        """
+        size = max(scene.source)
+        longest = max(SEARCHED_PX, min(_FINE_SCALE * size, _FINE_PX)) if fine else SEARCHED_PX
+        self._scene, self._view = scene, WholeView(scene.source, min(1.0, longest / size))
         scene.add(self._view)
         self._last = self._view.now
+        self.stamp_ns = 0
+        """That of the newest frame taken in."""
+
         self._forget()
 
     def _forget(self) -> None:
@@ -101,7 +81,7 @@ class MotionDetector:
         self._weather = self._begun = self._learnt = 0.0
 
     def close(self) -> None:
-        """Let the scene go on without a view for the search."""
+        """Let the scene go on without the view of all of it."""
         self._scene.moving = None
         self._scene.views = [each for each in self._scene.views if each is not self._view]
 
@@ -110,9 +90,21 @@ class MotionDetector:
         """Return the view of all of the scene, None if nothing is known of it."""
         return self._view if self._view.is_known else None
 
-    def update(self, taken: Sequence[Box] = ()) -> MovingRegions:
-        """Look at the newest frame beside who is known, in boxes in the searched image."""
+    def is_old(self, stamp_ns: int) -> bool:
+        """Return whether no frame was taken in for so long that the place may be another one."""
+        return stamp_ns - self.stamp_ns >= _KEPT_NS
+
+    def update(self, people: Sequence[Box] = ()) -> None:
+        """
+        Take in the newest frame of the scene, and what moves in it.
+
+        :param people: boxes of who is known there, in source pixels.
+        """
         view = self._view
+        if self._scene.stamp_ns - self.stamp_ns < _LEAST_PERIOD_NS:
+            return
+        self.stamp_ns = self._scene.stamp_ns
+        taken = [box.scaled(view.scale) for box in people]
         now, (height, width) = view.now, view.shape
         # More frames may have come than are kept.
         last = self._last if self._last in view.frames else view.frames[0]
@@ -132,14 +124,11 @@ class MotionDetector:
         lasting = self._lasting(evidence, step)
         if lasting is not None:
             evidence, moving = (cv2.bitwise_and(each, lasting) for each in (evidence, moving))
-        blobs, silhouettes = find_blobs(evidence, moving)
-        filled = silhouettes.copy()
+        filled = moving_bodies(evidence, moving)
         for window in windows:
             filled[window] = 255
         self._scene.moving = filled
         self._learn(filled, now.image.stamp_ns / 1e9)
-        x, y = step.carry(width / 2, height / 2)
-        return MovingRegions(evidence, blobs, silhouettes, (x - width / 2, y - height / 2), fresh)
 
     def _lasting(self, evidence: NDArray[np.uint8], step: WorldMotion) -> NDArray[np.uint8] | None:
         """Return what was there in the last frame, too, (h, w) uint8, None in fair weather."""
@@ -188,16 +177,15 @@ class MotionDetector:
             self._view.add_all(np.asarray(cv2.dilate(filled, _RIM)))
 
 
-def find_blobs(
-    evidence: NDArray[np.uint8], moving: NDArray[np.uint8]
-) -> tuple[list[Blob], NDArray[np.uint8]]:
+def moving_bodies(evidence: NDArray[np.uint8], moving: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """
-    Find the blobs of a frame: connected components, put together where they are one body.
+    Return the bodies that move in a frame, (h, w) uint8 0/255.
+
+    They are connected components, put together where they are one body, and filled row by row
+    between their outermost moving pixels.
 
     :param evidence: (h, w) uint8, non-zero where something is that is no background.
     :param moving: (h, w) uint8, non-zero where something moves now.
-    :returns: the blobs, largest first; and (h, w) uint8, 255 where a blob moves, filled row by
-        row between its outermost moving pixels.
     """
     closed = cv2.morphologyEx(evidence, cv2.MORPH_CLOSE, np.ones((5, 3), np.uint8))
     # Labels of 16 bits are three times as fast; 480 x 480 pixels cannot hold more.
@@ -215,9 +203,8 @@ def find_blobs(
             members, box = members + near[0][0], box.union(near[0][1])
         bodies.append((members, box))
     filled = np.zeros_like(evidence)
-    blobs = []
     for members, box in bodies:
-        rows, columns = window = box.slices(evidence.shape[1], evidence.shape[0])
+        window = box.slices(evidence.shape[1], evidence.shape[0])
         body = np.isin(labels[window], members) & (evidence[window] != 0)
         moves = body & (moving[window] != 0)
         if not moves.any():
@@ -225,11 +212,7 @@ def find_blobs(
         between = np.logical_or.accumulate(moves, axis=1)
         between &= np.logical_or.accumulate(moves[:, ::-1], axis=1)[:, ::-1]
         filled[window][between] = 255
-        top, bottom = inner_range(between.sum(axis=1), _TRIM_ROWS)
-        left, right = inner_range(between.sum(axis=0), _TRIM_COLUMNS)
-        box = Box(columns.start + left, rows.start + top, right - left, bottom - top)
-        blobs.append(Blob(box, int(body.sum()), int(moves.sum())))
-    return sorted(blobs, key=lambda blob: -blob.area), filled
+    return filled
 
 
 def _are_one_body(a: Box, b: Box) -> bool:

@@ -1,0 +1,76 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is said of a person in one image, by whatever sees them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.geometry import Box
+from gait_segmentation.images import Window, size_of
+
+SAME_PERSON = 0.3
+"""Intersection over union from which two boxes in one image are taken for those of one person."""
+
+PART = 0.4
+"""Share of the smaller of two boxes in common from which one may show a part of the other."""
+
+
+@dataclass(frozen=True)
+class SoftMask:
+    """
+    P(person) of one person in a square about them.
+
+    ``values`` is (n, n) uint8, 255 = certain; pixel (x, y) of the image lies at ``scale`` * (x, y)
+    + ``offset`` in it.  Outside of ``limits``, in pixels of the image, nothing is theirs.
+    """
+
+    values: NDArray[np.uint8]
+    scale: float
+    offset: tuple[float, float]
+    limits: Box
+
+    def drawn(self, window: Window, scale: float, shift: tuple[float, float]) -> NDArray[np.uint8]:
+        """
+        Return a window of the mask at another scale, (h, w) uint8.
+
+        :param window: rows and columns of the image made larger by ``scale``.
+        :param shift: how far the person has gone since, in pixels of that.
+        """
+        rows, columns = window
+        gain = self.scale / scale
+        x, y = columns.start - shift[0], rows.start - shift[1]
+        # From the middle of a pixel to that of another.
+        half = (gain - self.scale) / 2
+        there = np.array(
+            [
+                [gain, 0, gain * x + self.offset[0] + half],
+                [0, gain, gain * y + self.offset[1] + half],
+            ]
+        )
+        height, width = size_of(window)
+        how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+        values = cv2.warpAffine(self.values, there, (width, height), flags=how)
+        out = np.zeros((height, width), np.uint8)
+        inside = self.limits.scaled(scale).shifted(-x, -y).slices(width, height)
+        out[inside] = values[inside]
+        return out
+
+
+@dataclass(frozen=True)
+class Detection:
+    """
+    A person in an image: a tight box in pixels of the image, and how sure that is (0..1).
+
+    ``mask`` is what a network draws of them, None where none did; ``by_map`` says that they are
+    a region of a heat map.
+    """
+
+    box: Box
+    score: float
+    mask: SoftMask | None = None
+    by_map: bool = False

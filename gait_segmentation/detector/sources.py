@@ -1,0 +1,97 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whoever sees people: the networks of this process, and the heat maps of others."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gait_segmentation.detector.detection import Detection
+from gait_segmentation.detector.map_regions import MapRegions
+from gait_segmentation.detector.scheduler import DetectorScheduler
+from gait_segmentation.gait_model.bank import TemplateBank
+from gait_segmentation.geometry import Box
+from gait_segmentation.heat_maps import HeatMap, HeatMaps
+from gait_segmentation.starting.config import StartingConfig
+from gait_segmentation.starting.shapes import BodyShapes
+
+_LATEST_NS = 400_000_000
+"""Time after which it is no longer known who was where when a network looked."""
+
+
+class Seen(NamedTuple):
+    """
+    What is said of people at a frame.
+
+    ``people`` are those that a detector saw, in the frame of ``stamp_ns``, None where it did not
+    look; ``drawn`` those about whom it was asked for a mask, ``by_map`` the regions of the newest
+    heat map, and ``heat`` that map, None if there is none.
+    """
+
+    stamp_ns: int
+    people: tuple[Detection, ...] | None = None
+    drawn: tuple[Detection, ...] = ()
+    by_map: tuple[Detection, ...] = ()
+    heat: HeatMap | None = None
+
+
+class Sources:
+    """Has all those look who see people, each when it is time."""
+
+    def __init__(
+        self, bank: TemplateBank, config: StartingConfig, scheduler: DetectorScheduler
+    ) -> None:
+        self.config, self._scheduler = config, scheduler
+        self._shapes = BodyShapes(bank)
+        self.reset()
+
+    def reset(self, *, waiting: bool = True) -> None:
+        """Look at another film; ``waiting`` says whether to forget the maps that wait, too."""
+        self._scheduler.reset()
+        self._regions = MapRegions(self._shapes)
+        if waiting:
+            self._heat_maps = HeatMaps()
+        self._heat_maps.forget()
+
+    def add_heat_map(self, heat_map: NDArray[Any], stamp_ns: int) -> None:
+        """Take in a heat map; InputError, see :func:`.heat_map_of`."""
+        self._heat_maps.add(heat_map, stamp_ns)
+
+    def look(
+        self,
+        image: NDArray[np.uint8],
+        stamp_ns: int,
+        known: Sequence[Box],
+        *,
+        boxes: bool,
+        bodies: Sequence[Box] | None,
+        urgent: bool,
+        heat_map_age: float,
+    ) -> Seen:
+        """
+        Take in a frame, and return what is said of it and of the last ones.
+
+        :param image: (H, W, 3) uint8 BGR.
+        :param known: boxes of who is tracked in it, the most important first.
+        :param boxes: whether it is asked who is in the image.
+        :param bodies: of who is tracked, if it is asked whom a map shows beside them.
+        :param urgent: whether somebody is missing.
+        :param heat_map_age: up to which a heat map counts, in seconds.
+        """
+        asked = boxes and self.config.auto_init == 'detector'
+        seen = self._scheduler.look(image, stamp_ns, known, boxes=asked, urgent=urgent)
+        if seen is not None and seen.heat_map is not None:
+            self.add_heat_map(seen.heat_map, seen.stamp_ns)
+        heat = self._heat_maps.newest(image, stamp_ns, heat_map_age)
+        source = (image.shape[0], image.shape[1])
+        least = self.config.least_height * max(source)
+        by_map: list[Detection] = []
+        if bodies is not None and heat is not None and heat.stamp_ns == stamp_ns:
+            by_map = self._regions.detect(heat, source, bodies, least)
+        if seen is None or stamp_ns - seen.stamp_ns > _LATEST_NS:
+            return Seen(stamp_ns, by_map=tuple(by_map), heat=heat)
+        return Seen(seen.stamp_ns, seen.people, seen.drawn, tuple(by_map), heat)

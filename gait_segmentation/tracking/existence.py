@@ -1,0 +1,150 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Whether what is tracked is a person: one number, the log-odds, which nothing else decides over.
+
+It is a sum, as in the literature on track existence (Musicki, Evans and Stankovic, Integrated
+Probabilistic Data Association, IEEE Transactions on Automatic Control, 1994): what the looks of
+a detector say that see them, and those that do not, whether they move against the world, and
+whether what rests looks as it did while it moved.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+CERTAIN = math.log(200)
+"""Most log-odds of a person: what a silence by chance is less likely than when nobody is there."""
+
+_SCORES = (0.15, 0.3, 0.5, 0.6, 0.7, 0.8, 0.95)
+_SMALL = (-3.5, -2.0, -0.4, 0.5, 2.0, 5.0, 10.0)
+_TALL = (-6.0, -4.0, -1.5, 0.0, 2.0, 5.0, 10.0)
+"""
+Scores of a detector, and what they say of somebody small and tall: of the latter all but a few
+have .7 and more, of the former .4 to .7, and of things that are no people .5 at most.
+"""
+
+_SMALL_SHARE, _TALL_SHARE = 0.14, 0.235
+"""Heights up to which somebody is small, and from which tall, in longer sides of the image."""
+
+_AGAIN = 0.4
+"""What a second look adds."""
+
+_MOVED = 2.0
+"""What it adds that the box is elsewhere than it was, or that the pixels move with the person."""
+
+_RESTS, _RESTS_NS = -2.5, 1_000_000_000
+"""What it adds that no pixel has moved since it was found, and after which time."""
+
+_UNLIKE = -6.0
+"""What it adds that what rests looks otherwise than it did while it moved."""
+
+_ASKED_NS = 300_000_000
+"""Time without motion after which it is asked what rests there: people sway, things do not."""
+
+_MEMORY = 20
+"""Looks that the share of those in which somebody was seen is taken over, at most."""
+
+
+@dataclass(frozen=True)
+class Existence:
+    """
+    What speaks for a track to be a person, and against it.
+
+    ``said`` is the mean of what ``sightings`` of a detector say; of ``looks`` it had ``hits``
+    while they were known to be there, and ``missed`` the last.  ``found_ns`` is the stamp of the
+    first frame, and ``moved_ns`` that of the last in which they moved, None if they never did.
+    """
+
+    found_ns: int
+    given: bool = False
+    said: float = 0.0
+    sightings: float = 0.0
+    displaced: bool = False
+    moved_ns: int | None = None
+    unlike: bool = False
+    hits: float = 1.0
+    looks: float = 2.0
+    missed: int = 0
+    silence: float = 0.0
+
+    def log_odds(self, stamp_ns: int) -> float:
+        """Return the log-odds that it is a person, and there, in the frame of a stamp."""
+        there = CERTAIN - self.silence + self.unlike * _UNLIKE
+        return min(self.evidence(stamp_ns), there)
+
+    def evidence(self, stamp_ns: int) -> float:
+        """Return what speaks for a person, whether they are there now or not."""
+        if self.given:
+            return CERTAIN
+        moved = self.displaced or self.moved_ns is not None
+        rests = self.moved_ns is None and stamp_ns - self.found_ns >= _RESTS_NS
+        return self.said + _AGAIN * (self.sightings > 1) + _MOVED * moved + _RESTS * rests
+
+    @property
+    def is_gone(self) -> bool:
+        """Return whether they were not seen for so long that they are not there."""
+        return self.silence >= CERTAIN
+
+    def seen(self, score: float, share: float, *, displaced: bool = False) -> Existence:
+        """
+        Return the existence after a look that saw them.
+
+        :param score: of the detector, 0 to 1.
+        :param share: height of the box, in longer sides of the image.
+        :param displaced: whether the box is not where it was at first.
+        """
+        small, tall = (float(np.interp(score, _SCORES, said)) for said in (_SMALL, _TALL))
+        said = float(np.interp(share, (_SMALL_SHARE, _TALL_SHARE), (small, tall)))
+        # Misses tell how reliably they are seen only if they were there, as is known now.
+        looks, hits = self.looks + self.missed + 1, self.hits + 1
+        fade = min(1.0, _MEMORY / looks)
+        sightings = min(self.sightings + 1, _MEMORY)
+        return replace(
+            self,
+            said=self.said + (said - self.said) / sightings,
+            sightings=sightings,
+            displaced=self.displaced or displaced,
+            hits=fade * hits,
+            looks=fade * looks,
+            missed=0,
+            silence=0.0,
+        )
+
+    def seen_again(self) -> Existence:
+        """Return the existence after it was seen where it should be, whatever it looks like."""
+        return replace(self, missed=0, silence=0.0)
+
+    def unseen(self) -> Existence:
+        """Return the existence after a look that did not see them where they should be."""
+        said = -math.log(max(1 - self.hits / self.looks, 1e-3))
+        return replace(self, missed=self.missed + 1, silence=self.silence + said)
+
+    def moving(self, stamp_ns: int) -> Existence:
+        """Return the existence after a frame in which they move against the world."""
+        return replace(self, moved_ns=stamp_ns, unlike=False)
+
+    def is_at_rest(self, stamp_ns: int) -> bool:
+        """Return whether it is to be seen if what rests there is still the person."""
+        return self.moved_ns is not None and stamp_ns - self.moved_ns >= _ASKED_NS
+
+    def resting(self, *, alike: bool) -> Existence:
+        """Return the existence after a frame at rest, in which it looks as they did, or not."""
+        return self if alike else replace(self, unlike=True)
+
+    def renewed(self) -> Existence:
+        """Return that of the same person, found again: it is known how well they are seen."""
+        return replace(self, unlike=False, missed=0, silence=0.0)
+
+    def doubt(self, stamp_ns: int) -> str:
+        """Return what speaks against a person in the frame of a stamp, '' if little does."""
+        if self.log_odds(stamp_ns) >= 0:
+            return ''
+        if self.evidence(stamp_ns) < 0:
+            return 'it has not moved since it was found'
+        if self.unlike:
+            return 'what is there does not move, and looks otherwise than they did'
+        return 'the detector, which saw them, does not any more'

@@ -1,0 +1,186 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Everybody who is followed, and who of them is published."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from gait_segmentation.detector.detection import SAME_PERSON, Detection
+from gait_segmentation.geometry import Box
+from gait_segmentation.results import LOST, TRACKED
+from gait_segmentation.scene.scene import Regions, View
+from gait_segmentation.tracking.association import associate
+from gait_segmentation.tracking.life_cycle import ENDED, next_state
+from gait_segmentation.tracking.pose import WIDEST_BODY
+from gait_segmentation.tracking.tentative import Tentative
+from gait_segmentation.tracking.track import Track
+
+_MOST_BESIDE = 4
+"""Most people without a slot whose pixels are followed."""
+
+_NEAR, _AWAY = 0.4, 0.8
+"""How far beside somebody with a slot others are followed from, and until, in body heights."""
+
+_SHORTEST, _TALLEST = 0.5, 2.0
+"""Height of somebody without a slot over that of who is near."""
+
+_LOST_S = 1.0
+"""Time for which somebody without a slot is looked for who is out of sight, in seconds."""
+
+
+@dataclass
+class People:
+    """
+    The tracks, and the tentative ones of whom no pixels are known.
+
+    Of the tracks ``slots`` may be published, each in a slot of its own; ``reasons`` say by slot
+    why the track is lost, or the last one of an empty slot has ended.
+    """
+
+    slots: int
+    tracks: list[Track] = field(default_factory=list)
+    tentative: list[Tentative] = field(default_factory=list)
+    reasons: list[str] = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Begin with empty slots."""
+        self.reasons = [''] * self.slots
+
+    @property
+    def by_slot(self) -> list[Track | None]:
+        """Return who is published in each slot."""
+        found: list[Track | None] = [None] * self.slots
+        for track in self.tracks:
+            if track.slot is not None:
+                found[track.slot] = track
+        return found
+
+    @property
+    def published(self) -> list[Track]:
+        """Return who has a slot, in the order of the slots."""
+        return [track for track in self.by_slot if track is not None]
+
+    @property
+    def tracked(self) -> list[Track]:
+        """Return who is tracked and not lost, with a slot or without one."""
+        return [track for track in self.tracks if track.state == TRACKED]
+
+    @property
+    def lost(self) -> list[Track]:
+        """Return who has a slot and is lost."""
+        return [track for track in self.published if track.state == LOST]
+
+    @property
+    def views(self) -> list[View]:
+        """Return the views that they are tracked in."""
+        return list(dict.fromkeys(track.view for track in self.tracks))
+
+    def seen_in(self, view: View) -> list[Track]:
+        """Return who is followed in a view: those with a slot first, in their order."""
+        here = (track for track in self.tracks if track.view is view)
+        return sorted(here, key=lambda track: (track.slot is None, track.slot or 0))
+
+    def regions(self, view: View) -> Regions:
+        """Return where they were in the last frame of a view."""
+        areas = tuple(track.pose.area for track in self.seen_in(view))
+        return Regions(areas, any(track.view is view for track in self.lost))
+
+    def is_missing(self, *, others: bool) -> bool:
+        """Return whether anybody is lost or was not seen at the last look, or nobody is there."""
+        published = self.published
+        found = [track for track in published if track.state == TRACKED]
+        if not published or len(found) < len(published):
+            return True
+        waiting = others and len(found) < self.slots
+        waiting = waiting and not all(each.rejected for each in self.tentative)
+        return waiting or any(track.existence.missed for track in published)
+
+    def near(self, box: Box) -> Track | None:
+        """Return beside whom somebody in a box, in source pixels, is to be followed, if any."""
+        if sum(track.slot is None for track in self.tracks) >= _MOST_BESIDE:
+            return None
+        for track in self.published:
+            here = box.scaled(track.view.scale)
+            alike = _SHORTEST < here.height / track.pose.height < _TALLEST
+            if alike and _is_within(here, track, _NEAR):
+                return track
+        return None
+
+    def slot_for(self, box: Box, taken: Iterable[Track]) -> int:
+        """
+        Return the slot that a box begins: that of the same person, a free one, or any.
+
+        :param taken: who has just begun.
+        """
+        begun = set(taken)
+        old = [track for track in self.published if track not in begun]
+        pairs = associate([[box]], [Detection(track.box, 1.0) for track in old])
+        if pairs:
+            return old[pairs[0]].slot or 0
+        if None in self.by_slot:
+            return self.by_slot.index(None)
+        return min(old or self.published, key=lambda track: track.confidence).slot or 0
+
+    def add(self, track: Track) -> None:
+        """Take in a track; who was followed without a slot where it is, was this one."""
+        self.tracks = [
+            other
+            for other in self.tracks
+            if other.slot is not None
+            or other.view is not track.view
+            or other.pose.box.iou(track.pose.box) < SAME_PERSON
+        ]
+        self.tracks.append(track)
+
+    def remove(self, *, slot: int) -> None:
+        """Let go of who is in a slot."""
+        self.tracks = [track for track in self.tracks if track.slot != slot]
+
+    def live(self, stamp_ns: int, gap_s: float = 0.0) -> None:
+        """
+        Let every track go over to its next state, and go on with those that do not end.
+
+        :param gap_s: see :func:`.next_state`.
+        """
+        alive, published = [], self.published
+        for track in self.tracks:
+            state, reason = next_state(track, stamp_ns, gap_s=gap_s)
+            if track.slot is not None:
+                self.reasons[track.slot] = reason
+            elif gap_s or not _is_needed(track, published):
+                continue
+            if state != ENDED:
+                track.enter(state, reason)
+                alive.append(track)
+            elif track.existence.evidence(stamp_ns) < 0:
+                self.tentative.append(Tentative.rejected_of(track, stamp_ns))
+        self.tracks = alive
+
+    def number(self, stamp_ns: int) -> None:
+        """Give free slots to people who are followed without one, the tallest first."""
+        waiting = [track for track in self.tracked if track.slot is None]
+        for track in sorted(waiting, key=lambda each: -each.body.height):
+            if None in self.by_slot and track.existence.log_odds(stamp_ns) >= 0:
+                track.slot, track.by_map = self.by_slot.index(None), False
+
+
+def _is_needed(track: Track, published: Iterable[Track]) -> bool:
+    """Return whether somebody without a slot is there, and near somebody who has one."""
+    if track.existence.is_gone or (track.state == LOST and track.lost_s > _LOST_S):
+        return False
+    here = (other for other in published if other.view is track.view)
+    return any(_is_within(track.pose.box, other, _AWAY) for other in here)
+
+
+def _is_within(box: Box, track: Track, heights: float) -> bool:
+    """Return whether a box, in pixels of the view, comes so near to a person, in heights."""
+    margin = heights * track.pose.height
+    return track.pose.area.padded(margin, margin).iou(box) > 0
+
+
+def slim(body: Box) -> Box:
+    """Return a body no wider than one: another person may be beside it."""
+    width = min(body.width, WIDEST_BODY * body.height)
+    return Box.from_center(body.center_x, body.center_y, width, body.height)

@@ -1,0 +1,95 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Who was detected and is not tracked: not yet taken for a person, or without room."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from gait_segmentation.detector.detection import Detection
+from gait_segmentation.geometry import Box
+from gait_segmentation.tracking.association import associate
+from gait_segmentation.tracking.existence import Existence
+from gait_segmentation.tracking.track import Track
+
+_KEPT_NS = 1_000_000_000
+"""Time for which somebody is remembered whom the detector does not see any more."""
+
+_THING_NS = 30_000_000_000
+"""The same of what did not move for so long that it is no person."""
+
+_COMPARED_NS = 500_000_000
+"""Time after which somebody may look otherwise."""
+
+_DISPLACED = 0.1
+"""How far somebody has come who is no thing, in heights of their box."""
+
+
+@dataclass(frozen=True)
+class Tentative:
+    """
+    A tentative track: somebody whom detections tell of, and no pixels yet.
+
+    ``detection`` is the last one, of the frame of ``stamp_ns``, and ``origin`` the box of the
+    first.  What was tracked and is ``rejected``, as it did not move, is remembered for longer.
+    At ``compared_ns`` they were last compared with those who are lost.
+    """
+
+    detection: Detection
+    stamp_ns: int
+    origin: Box
+    existence: Existence
+    rejected: bool = False
+    compared_ns: int = 0
+
+    @classmethod
+    def begun(cls, detection: Detection, stamp_ns: int, longest: int) -> Tentative:
+        """Begin with the first detection; ``longest`` is the longer side of the image."""
+        existence = Existence(stamp_ns).seen(detection.score, detection.box.height / longest)
+        return cls(detection, stamp_ns, detection.box, existence)
+
+    @classmethod
+    def rejected_of(cls, track: Track, stamp_ns: int) -> Tentative:
+        """Return a track that is no person, to be known as that."""
+        thing = Detection(track.body, 0.0)
+        return cls(thing, stamp_ns, track.body, track.existence, rejected=True)
+
+    def seen(self, detection: Detection, stamp_ns: int, longest: int) -> Tentative:
+        """Go on with the next detection."""
+        box, first = detection.box, self.origin
+        dx, dy = box.center_x - first.center_x, box.center_y - first.center_y
+        displaced = math.hypot(dx, dy) >= _DISPLACED * box.height
+        share = box.height / longest
+        existence = self.existence.seen(detection.score, share, displaced=displaced)
+        return replace(self, detection=detection, stamp_ns=stamp_ns, existence=existence)
+
+    def was_compared(self, stamp_ns: int) -> bool:
+        """Return whether they were compared of late with those who are lost."""
+        return stamp_ns - self.compared_ns < _COMPARED_NS
+
+    def is_over(self, stamp_ns: int) -> bool:
+        """Return whether they are to be forgotten."""
+        return stamp_ns - self.stamp_ns > (_THING_NS if self.rejected else _KEPT_NS)
+
+
+def follow(
+    known: Sequence[Tentative], detections: Sequence[Detection], stamp_ns: int, longest: int
+) -> tuple[list[Tentative], list[Tentative]]:
+    """
+    Go on with tentative tracks by what was detected in the frame of a stamp.
+
+    :param detections: of nobody who is tracked.
+    :param longest: the longer side of the image in pixels.
+    :returns: those who were detected, and the others.
+    """
+    pairs = associate([[each.detection.box] for each in known], detections)
+    found, others = [], []
+    for number, each in enumerate(known):
+        if number in pairs:
+            found.append(each.seen(detections[pairs[number]], stamp_ns, longest))
+        else:
+            others.append(each)
+    new = [each for number, each in enumerate(detections) if number not in pairs.values()]
+    return [*found, *(Tentative.begun(each, stamp_ns, longest) for each in new)], others

@@ -1,0 +1,137 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+import threading
+
+import numpy as np
+import pytest
+
+from gait_segmentation.detector import scheduler as module
+from gait_segmentation.detector.detection import Detection
+from gait_segmentation.detector.networks import DetectorConfig, Networks
+from gait_segmentation.detector.scheduler import DetectorScheduler
+from gait_segmentation.errors import DetectorError
+from gait_segmentation.geometry import Box
+
+IMAGE = np.zeros((4, 4, 3), np.uint8)
+SOMEBODY = Detection(Box(1, 1, 2, 2), 0.9)
+DETECTOR = Networks(lambda image: [SOMEBODY])
+
+
+class Masks:
+    """Draws nobody, and remembers who was known and who was seen."""
+
+    def __init__(self):
+        self.asked = []
+
+    def draw(self, image, people, seen):
+        self.asked.append((tuple(people), seen))
+        return seen, tuple(Detection(box, 0.0) for box in people)
+
+
+def looks(scheduler, period_ms=40, frames=50, **asked):
+    """Return by the number of the frame what is seen in lockstep."""
+    seen = {}
+    for number in range(frames):
+        stamp_ns = (number + 1) * period_ms * 10**6
+        found = scheduler.look(IMAGE, stamp_ns, **asked)
+        if found is not None:
+            assert found.stamp_ns == stamp_ns
+            seen[number] = found
+    return seen
+
+
+@pytest.mark.parametrize(
+    ('urgent', 'period_ms', 'numbers'),
+    [(False, 40, [0, 10, 20]), (True, 40, [0, 3, 6]), (True, 500, [0, 1, 2])],
+)
+def test_looks_are_more_frequent_while_somebody_is_missing(urgent, period_ms, numbers):
+    seen = looks(DetectorScheduler(networks=DETECTOR), period_ms, urgent=urgent)
+    assert list(seen)[:3] == numbers
+    assert all(each.people == (SOMEBODY,) for each in seen.values())
+    often = DetectorConfig(calm_period=0.0, urgent_period=0.0)
+    assert len(looks(DetectorScheduler(often, DETECTOR), urgent=urgent)) == 50
+    assert not looks(DetectorScheduler(networks=DETECTOR), boxes=False, urgent=urgent)
+
+
+def test_a_map_is_made_of_every_frame():
+    red = DETECTOR._replace(heat_map=lambda image: image[..., 2])
+    seen = looks(DetectorScheduler(networks=red), boxes=False, urgent=False)
+    assert list(seen) == list(range(50))
+    assert all(each.heat_map.shape == (4, 4) and each.people is None for each in seen.values())
+
+
+def test_people_are_drawn_in_every_frame_and_looked_for_in_some():
+    masks, box = Masks(), Box(1, 1, 2, 3)
+    scheduler = DetectorScheduler(networks=DETECTOR._replace(masks=masks))
+    seen = looks(scheduler, boxes=False, urgent=False, people=[box])
+    assert [number for number, each in seen.items() if each.people][:3] == [0, 3, 6]
+    assert masks.asked[:2] == [((box,), (SOMEBODY,)), ((box,), None)]
+    assert all(each.drawn == (Detection(box, 0.0),) for each in seen.values())
+
+
+def test_after_a_reset_the_next_frame_is_looked_at_whatever_its_stamp():
+    scheduler = DetectorScheduler(networks=DETECTOR)
+    assert scheduler.look(IMAGE, 10**9, urgent=False) is not None
+    assert scheduler.look(IMAGE, 10**9 + 1, urgent=False) is None
+    scheduler.reset()
+    assert scheduler.look(IMAGE, 1, urgent=False) is not None
+
+
+def done(scheduler):
+    """Wait for what the thread does."""
+    for pool in scheduler.pools:
+        pool.submit(int).result(30)
+
+
+def test_no_frame_waits_for_a_thread_of_its_own():
+    go = threading.Event()
+
+    def slow(image):
+        assert go.wait(30)
+        return [SOMEBODY]
+
+    scheduler = DetectorScheduler(networks=Networks(slow), threaded=True)
+    assert scheduler.look(IMAGE, 10**9, urgent=True) is None
+    assert scheduler.look(IMAGE, 2 * 10**9, urgent=True) is None
+    go.set()
+    done(scheduler)
+    seen = scheduler.look(IMAGE, 3 * 10**9, urgent=False)
+    assert (seen.stamp_ns, seen.people) == (10**9, (SOMEBODY,))
+
+
+def test_what_cannot_be_loaded_is_said_once_by_a_thread_and_always_in_lockstep():
+    config = DetectorConfig(network='text.txt')
+    for second in (2, 3):
+        with pytest.raises(DetectorError, match=r'FILE\.onnx'):
+            DetectorScheduler(config).look(IMAGE, second * 10**9, urgent=True)
+    scheduler = DetectorScheduler(config, threaded=True)
+    said = []
+    for second in range(1, 5):
+        said.append(scheduler.look(IMAGE, second * 10**9, urgent=True))
+        done(scheduler)
+    assert [each and each.people for each in said] == [None] * 4
+    assert ['FILE.onnx' in each.error for each in said if each is not None] == [True]
+    assert 'FILE.onnx' in scheduler.newest.error
+
+
+def test_in_a_thread_people_are_told_before_they_are_drawn():
+    masks = Masks()
+    scheduler = DetectorScheduler(networks=DETECTOR._replace(masks=masks), threaded=True)
+    said = []
+    for number in range(6):
+        stamp_ns = (2 + number) * 40_000_000
+        said.append(scheduler.look(IMAGE, stamp_ns, [SOMEBODY.box], urgent=True))
+        done(scheduler)
+    assert said[0] is None
+    assert [each.people is not None for each in said[1:]] == [True, False, False, True, False]
+    assert [len(each.drawn) for each in said[1:]] == [0, 1, 1, 0, 1]
+    assert scheduler.newest.people == (SOMEBODY,)
+
+
+def test_a_network_loaded_at_the_first_look_draws_whom_it_sees_then(monkeypatch):
+    masks = Masks()
+    made = DETECTOR._replace(masks=masks)
+    monkeypatch.setattr(module, 'open_networks', lambda name: made)
+    seen = looks(DetectorScheduler(DetectorConfig(network='people')), boxes=True, urgent=False)
+    assert seen[0].people == (SOMEBODY,)
+    assert masks.asked[0] == ((), (SOMEBODY,))
