@@ -81,16 +81,13 @@ def explain(tracks: Sequence[Track], seen: Seen) -> list[Detection]:
     pairs = associate(sought, seen.people)
     for number, track in enumerate(tracked):
         if number in pairs:
-            detection = seen.people[pairs[number]]
-            share = detection.box.height / max(track.view.source)
-            track.existence = track.existence.seen(detection.score, share)
-            track.see(detection, seen.stamp_ns)
+            track.see(seen.people[pairs[number]], seen.stamp_ns)
         elif not associate([track.boxes_at(seen.stamp_ns)], seen.people):
-            track.existence = track.existence.unseen()
+            track.overlook()
     sure = [each for each in seen.people if each.score >= _FOUND_AGAIN]
     for track in tracks:
         if track.state == LOST and associate([track.boxes_at(seen.stamp_ns)], sure):
-            track.existence = track.existence.seen_again()
+            track.resume()
     there = [
         [*boxes, *track.boxes_at(seen.stamp_ns)]
         for track, boxes in zip(tracked, sought, strict=True)

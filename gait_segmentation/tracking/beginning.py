@@ -48,7 +48,7 @@ class Beginner:
         begun: list[Track] = []
         for box in boxes:
             slot = people.slot_for(box, begun)
-            people.remove(slot=slot)
+            people.free(slot)
             given, existence = Detection(box, 1.0), Existence(scene.stamp_ns, given=True)
             view, start = self._estimate(scene, people, given)
             begun.append(self._factory.make(view, start, given, existence, slot=slot))
@@ -62,11 +62,12 @@ class Beginner:
 
         :param given: whether whoever gives boxes is to give all people.
         """
+        left: list[Tentative | None] = []
         for each in sorted(found, key=lambda tentative: -tentative.detection.box.height):
             begun = [track for track in people.tracks if track.states[0].frame is track.view.now]
             if all(track.body.common_share(each.detection.box) <= PART for track in begun):
-                left = self._begin_one(scene, people, each, given=given)
-                people.tentative += [] if left is None else [left]
+                left.append(self._begin_one(scene, people, each, given=given))
+        people.wait(each for each in left if each is not None)
 
     def _begin_one(
         self, scene: Scene, people: People, each: Tentative, *, given: bool
@@ -88,7 +89,7 @@ class Beginner:
             return replace(each, compared_ns=scene.stamp_ns)
         slot, number = people.by_slot.index(None) if free else None, None
         if before is not None:
-            people.tracks.remove(before)
+            people.free(before.slot)
             slot, number, existence = before.slot, before.track_id, before.existence.renewed()
         make = self._factory.make
         people.add(make(view, start, detection, existence, slot=slot, number=number))

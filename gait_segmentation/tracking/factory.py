@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import count
 
 from gait_segmentation.detector.detection import Detection
@@ -69,12 +70,18 @@ class TrackFactory:
         number: int | None = None,
     ) -> Track:
         """Return a track of somebody who was detected, with a new id if they have none."""
-        outlined, kind = detection.by_map or detection.mask is not None, self.config.method
-        number = next(self._ids) if number is None else number
-        track = _METHODS[kind][1](number, view, start, self.config, existence, outlined=outlined)
+        track = _METHODS[self.config.method][1](
+            next(self._ids) if number is None else number,
+            view,
+            start,
+            self.config,
+            existence,
+            outlined=detection.by_map or detection.mask is not None,
+            slot=slot,
+            by_map=slot is None and detection.by_map,
+        )
         if detection.mask is not None:
-            track.see(detection, view.now.image.stamp_ns)
-        track.slot, track.by_map = slot, slot is None and detection.by_map
+            track.see(replace(detection, score=0.0), view.now.image.stamp_ns)
         return track
 
     def tight(self, detection: Detection) -> Box:

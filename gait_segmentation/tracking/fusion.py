@@ -82,14 +82,16 @@ class FusionTrack(Track):
         existence: Existence | None = None,
         *,
         outlined: bool = False,
+        **where: Any,
     ) -> None:
         """
         Begin with the first mask, in the newest frame of a view.
 
         :param outlined: whether a map or mask shows their outline.
+        :param where: slot and source, see :class:`.Track`.
         """
         pose = Pose.of(start.body, start.box, start.body.angle if config.use_tilt else 0.0)
-        super().__init__(track_id, view, pose, config, existence)
+        super().__init__(track_id, view, pose, config, existence, **where)
         self._outlined = outlined
         self._drawn: tuple[SoftMask, State] | None = None
         self._moving_looks: deque[NDArray[np.float32]] = deque(maxlen=MOST_KEPT)
@@ -151,6 +153,7 @@ class FusionTrack(Track):
 
     def see(self, detection: Detection, stamp_ns: int) -> None:
         """Take in where a detector saw the person, and what was drawn of them."""
+        super().see(detection, stamp_ns)
         state = self.state_at(stamp_ns)
         if self.config.use_sightings:
             self.sighting.see(detection.box.scaled(self.view.scale), state)

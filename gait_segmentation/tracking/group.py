@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, distance_from, overlap, size_of, within
+from gait_segmentation.images import Window, overlap, size_of, within
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.scene.scene import View
 from gait_segmentation.tracking.config import TrackingConfig
@@ -18,14 +18,7 @@ from gait_segmentation.tracking.fusion import grown
 from gait_segmentation.tracking.likelihood import likelihood_image
 from gait_segmentation.tracking.pixels import associate
 from gait_segmentation.tracking.reidentification import reacquire
-from gait_segmentation.tracking.track import OWN_MASK, Track
-from gait_segmentation.tracking.visibility import GUARD
-
-_COMMON = 0.1
-"""Share of somebody from which they meet another one."""
-
-_SHOWN_SHARE = 0.5
-"""Share of a person from which a map shows them."""
+from gait_segmentation.tracking.track import Track
 
 Likelihoods = dict[int, NDArray[np.uint8]]
 
@@ -127,42 +120,6 @@ def correct(
             around.append(window)
     if around and config.use_background:
         view.add_background(frame, people, around, gate=config.use_motion_gate)
-
-
-def keep_own(tracks: Sequence[Track], likelihoods: Likelihoods) -> None:
-    """
-    Keep what is likely as the mask of those without a slot, for whom none is cut.
-
-    :param tracks: all people of a view.
-    :param likelihoods: of the newest frame, (h, w) uint8, by track id.
-    """
-    published = [track for track in tracks if track.slot is not None]
-    for track in tracks:
-        if track.slot is not None or track.track_id not in likelihoods:
-            continue
-        if track.by_map and track.view.heat is not None and not track.view.heat.frames:
-            shown = track.shown >= _SHOWN_SHARE
-            existence = track.existence
-            track.existence = existence.seen_again() if shown else existence.unseen()
-        if track.state != TRACKED or track.is_outside or _meets(track, published):
-            continue
-        window, likely = track.window, likelihoods[track.track_id][track.window] > 127
-        near = distance_from(track.expected_mask() > 127) < GUARD * track.pose.height
-        mask = np.where(near & likely, np.uint8(255), np.uint8(0))
-        track.states[-1].notes[OWN_MASK] = window, mask
-
-
-def _meets(track: Track, others: Sequence[Track]) -> bool:
-    """Return whether somebody is expected where one of others is."""
-    window, expected = track.window, track.expected_mask()
-    for other in others:
-        shared = overlap(other.window, window)
-        if shared is not None:
-            theirs = other.expected_mask()[within(shared, other.window)]
-            both = cv2.bitwise_and(expected[within(shared, window)], theirs)
-            if cv2.countNonZero(both) > _COMMON * cv2.countNonZero(expected):
-                return True
-    return False
 
 
 def _measure_misplacement(view: View, tracks: Sequence[Track]) -> None:

@@ -15,7 +15,7 @@ centre of the window, so it is compared with that of a reference.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -109,10 +109,14 @@ class MeanShiftTrack(Track):
         start: FirstMask,
         config: TrackingConfig,
         existence: Existence | None = None,
-        **_: object,
+        *,
+        outlined: bool = False,
+        **where: Any,
     ) -> None:
         """Begin with the box of a start in the newest frame of a view; see :func:`start_in`."""
-        super().__init__(track_id, view, Pose.of(start.body, start.box), config, existence)
+        super().__init__(
+            track_id, view, Pose.of(start.body, start.box), config, existence, **where
+        )
         self._selector = FeatureSelector()
         self._usual, self._frames = 1.0, 0
         self._learn()

@@ -4,17 +4,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from gait_segmentation.detector.detection import SAME_PERSON, Detection
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import LOST, TRACKED
-from gait_segmentation.scene.scene import Regions, View
+from gait_segmentation.scene.scene import Regions, Scene, View
 from gait_segmentation.tracking.association import associate
 from gait_segmentation.tracking.life_cycle import ENDED, next_state
 from gait_segmentation.tracking.pose import WIDEST_BODY
-from gait_segmentation.tracking.tentative import Tentative
+from gait_segmentation.tracking.tentative import Tentative, follow
 from gait_segmentation.tracking.track import Track
 
 _MOST_BESIDE = 4
@@ -134,7 +134,7 @@ class People:
         ]
         self.tracks.append(track)
 
-    def remove(self, *, slot: int) -> None:
+    def free(self, slot: int | None) -> None:
         """Let go of who is in a slot."""
         self.tracks = [track for track in self.tracks if track.slot != slot]
 
@@ -163,7 +163,33 @@ class People:
         waiting = [track for track in self.tracked if track.slot is None]
         for track in sorted(waiting, key=lambda each: -each.body.height):
             if None in self.by_slot and track.existence.log_odds(stamp_ns) >= 0:
-                track.slot, track.by_map = self.by_slot.index(None), False
+                track.publish(self.by_slot.index(None))
+
+    def follow(
+        self,
+        others: Sequence[Detection],
+        then_ns: int,
+        by_map: Sequence[Detection],
+        scene: Scene,
+    ) -> list[Tentative]:
+        """
+        Go on with tentative tracks by detections of nobody who is tracked.
+
+        :param others: by a detector, in the frame of ``then_ns``.
+        :param by_map: by a heat map, in the newest frame of the scene.
+        :returns: those who were detected, whom to :meth:`wait` for unless they begin.
+        """
+        longest = max(scene.source)
+        known = [each for each in self.tentative if not each.is_over(scene.stamp_ns)]
+        if any(view.now.motion.camera is not None for view in scene.views):
+            known = [each for each in known if not each.rejected]
+        found, known = follow(known, others, then_ns, longest)
+        more, self.tentative = follow(known, by_map, scene.stamp_ns, longest)
+        return [*found, *more]
+
+    def wait(self, others: Iterable[Tentative]) -> None:
+        """Keep tentative tracks that have not begun."""
+        self.tentative.extend(others)
 
 
 def _is_needed(track: Track, published: Iterable[Track]) -> bool:

@@ -7,13 +7,15 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections import deque
+from collections.abc import Sequence
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.detector.detection import Detection
 from gait_segmentation.geometry import REACH, Box, body_window
-from gait_segmentation.images import Window, placed, size_of
+from gait_segmentation.images import Window, distance_from, overlap, placed, size_of, within
 from gait_segmentation.results import LOST, TRACKED, FeatureWeight, Feedback, TrackResult
 from gait_segmentation.scene.scene import MOST_KEPT, Frame, Shift, View
 from gait_segmentation.starting import FirstMask
@@ -22,7 +24,7 @@ from gait_segmentation.tracking.existence import Existence
 from gait_segmentation.tracking.pixels import PixelClaim
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.state import Silhouette, State
-from gait_segmentation.tracking.visibility import ALONE, LEAST_SEEN, Visibility, visible_box
+from gait_segmentation.tracking.visibility import ALONE, GUARD, LEAST_SEEN, Visibility, visible_box
 
 _COAST_S, _STOP_S, _MOST_LOST_S = 1.0, 0.5, 1.0
 """
@@ -32,6 +34,12 @@ they are lost longer with a frame at most, however long that took to come.
 
 OWN_MASK = 'own'
 """Name of the note of what is likely theirs of whom no mask is cut."""
+
+_SHOWN_SHARE = 0.5
+"""Share of a person from which a map shows them."""
+
+_COMMON = 0.1
+"""Share of somebody from which they meet another one."""
 
 WHOLE = 0.75
 """Share of a person from which all of them is seen, and so followed."""
@@ -52,10 +60,6 @@ class Track(ABC):
     features: tuple[FeatureWeight, ...] = ()
     """What the likelihood is made of, best first, if it is made of features."""
 
-    slot: int | None = None
-    by_map = False
-    """Whether a heat map has to go on showing them."""
-
     def __init__(
         self,
         track_id: int,
@@ -63,9 +67,18 @@ class Track(ABC):
         pose: Pose,
         config: TrackingConfig,
         existence: Existence | None = None,
+        *,
+        slot: int | None = None,
+        by_map: bool = False,
     ) -> None:
-        """Begin in the newest frame of a view; without an existence it is given."""
+        """
+        Begin in the newest frame of a view.
+
+        :param existence: without one their box was given.
+        :param by_map: whether a heat map has to go on showing them.
+        """
         self.track_id, self.view, self.config, self.pose = track_id, view, config, pose
+        self.slot, self._by_map = slot, by_map
         self.state, self.reason, self.confidence = TRACKED, '', 0.0
         self.existence = existence or Existence(view.now.image.stamp_ns, given=True)
         self.states = deque([State(view.now, (0.0, 0.0))], maxlen=MOST_KEPT)
@@ -160,8 +173,49 @@ class Track(ABC):
         """Return how alike (0..1) the person and a first mask in some frame are."""
         return 0.0
 
-    def see(self, detection: Detection, stamp_ns: int) -> None:  # noqa: B027
-        """Take in where a detector saw the person in the frame of a stamp."""
+    def see(self, detection: Detection, stamp_ns: int) -> None:
+        """Take in where a detector saw the person in the frame of a stamp, and how clearly."""
+        if detection.score:
+            share = detection.box.height / max(self.view.source)
+            self.existence = self.existence.seen(detection.score, share)
+
+    def overlook(self) -> None:
+        """Take in that a detector did not see the person where they should be."""
+        self.existence = self.existence.unseen()
+
+    def resume(self) -> None:
+        """Take in that a person is seen where they were expected."""
+        self.existence = self.existence.seen_again()
+
+    def publish(self, slot: int) -> None:
+        """Give a slot to somebody who was followed without one."""
+        self.slot, self._by_map = slot, False
+
+    def keep_own(self, likelihood: NDArray[np.uint8], others: Sequence[Track]) -> None:
+        """
+        Keep what is likely theirs as the mask of the newest frame, if nobody is met.
+
+        :param likelihood: (h, w) uint8 of the view.
+        :param others: in the view, of whom masks are cut.
+        """
+        if self._by_map and self.view.heat is not None and not self.view.heat.frames:
+            (self.resume if self.shown >= _SHOWN_SHARE else self.overlook)()
+        if self.state == LOST or self.is_outside or any(self._meets(each) for each in others):
+            return
+        near = distance_from(self.expected_mask() > 127) < GUARD * self.pose.height
+        likely = likelihood[self.window] > 127
+        mask = np.where(near & likely, np.uint8(255), np.uint8(0))
+        self.states[-1].notes[OWN_MASK] = self.window, mask
+
+    def _meets(self, other: Track) -> bool:
+        """Return whether they are expected where another one is."""
+        window, expected = self.window, self.expected_mask()
+        shared = overlap(other.window, window)
+        if shared is None:
+            return False
+        theirs = other.expected_mask()[within(shared, other.window)]
+        both = cv2.bitwise_and(expected[within(shared, window)], theirs)
+        return cv2.countNonZero(both) > _COMMON * cv2.countNonZero(expected)
 
     def sought_in(self, stamp_ns: int) -> tuple[Box, ...]:
         """Return where a detector may see them in the frame of a stamp, in source pixels."""

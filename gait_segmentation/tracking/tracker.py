@@ -31,7 +31,7 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.factory import TrackFactory
 from gait_segmentation.tracking.life_cycle import GAP_S
 from gait_segmentation.tracking.people import People, slim
-from gait_segmentation.tracking.tentative import Tentative, follow
+from gait_segmentation.tracking.tentative import Tentative
 from gait_segmentation.tracking.track import Track
 
 
@@ -271,20 +271,14 @@ class PeopleTracker:
 
         :returns: tentative tracks that were detected.
         """
-        people, longest = self._people, max(scene.source)
-        least = self.starting.least_height * longest
+        least = self.starting.least_height * max(scene.source)
         others = [
             each
-            for each in explain(people.tracks, seen)
+            for each in explain(self._people.tracks, seen)
             if each.box.height >= least
             and all(each.box.common_share(other.box) <= PART for other in seen.by_map)
         ]
-        known = [each for each in people.tentative if not each.is_over(self._stamp_ns)]
-        if any(view.now.motion.camera is not None for view in scene.views):
-            known = [each for each in known if not each.rejected]
-        found, known = follow(known, others, seen.stamp_ns, longest)
-        by_map, people.tentative = follow(known, seen.by_map, self._stamp_ns, longest)
-        return [*found, *by_map]
+        return self._people.follow(others, seen.stamp_ns, seen.by_map, scene)
 
     def _observe(self, scene: Scene) -> dict[int, NDArray[np.uint8]]:
         """Compute the likelihoods of a frame, refine the boxes by them, and look for the lost."""
@@ -293,8 +287,10 @@ class PeopleTracker:
         for view in people.views:
             likelihoods |= group.observe(view, people.seen_in(view))
         people.live(self._stamp_ns)
-        for view in people.views:
-            group.keep_own(people.seen_in(view), likelihoods)
+        for track in people.tracks:
+            if track.slot is None and track.track_id in likelihoods:
+                others = [each for each in people.published if each.view is track.view]
+                track.keep_own(likelihoods[track.track_id], others)
         if not self._is_given:
             people.number(self._stamp_ns)
         scene.keep(people.views)

@@ -155,7 +155,7 @@ def test_a_bystander_gets_a_slot_that_is_free() -> None:
         seen.taken(first, second)
     [other] = seen.tracks
     assert other.body.iou(second.box) > 0.5
-    seen.told.tracker._people.remove(slot=1)
+    seen.told.tracker._people.free(1)
     for _ in range(3):
         seen.taken(second)
     bodies = [track.body for track in seen.told.tracker.tracks()]
