@@ -40,14 +40,20 @@ class MapRegions:
         self._stamp_ns = 0
 
     def detect(
-        self, heat: HeatMap, source: tuple[int, int], known: Sequence[Box], least: float
+        self,
+        heat: HeatMap,
+        source: tuple[int, int],
+        least: float,
+        known: Sequence[Box],
+        lost: Sequence[Box] = (),
     ) -> list[Detection]:
         """
         Return whom a map shows beside who is known; a map is looked at once.
 
         :param source: (H, W) of the frames.
-        :param known: boxes of bodies, like all others in source pixels.
-        :param least: height of who is found.
+        :param least: height of who is found, like all others in source pixels.
+        :param known: bodies of who is tracked.
+        :param lost: bodies of who is lost, where they are expected.
         """
         if heat.stamp_ns == self._stamp_ns or not heat.trust:
             return []
@@ -69,7 +75,7 @@ class MapRegions:
         found: list[Detection] = []
         for likeness, box in regions:
             apart = all(box.iou(other.box) == 0 for other in found)
-            if apart and likeness > _LIKE_A_BODY and not _is_part(box, known, source):
+            if apart and likeness > _LIKE_A_BODY and not _is_part(box, [*known, *lost], source):
                 found.append(Detection(box, min(likeness + _SCORE, 1.0), by_map=True))
         return found
 

@@ -68,7 +68,7 @@ class Sources:
         known: Sequence[Box],
         *,
         boxes: bool,
-        bodies: Sequence[Box] | None,
+        bodies: tuple[Sequence[Box], Sequence[Box]] | None,
         urgent: bool,
         heat_map_age: float,
     ) -> Seen:
@@ -78,7 +78,7 @@ class Sources:
         :param image: (H, W, 3) uint8 BGR.
         :param known: boxes of who is tracked in it, the most important first.
         :param boxes: whether it is asked who is in the image.
-        :param bodies: of who is tracked, if it is asked whom a map shows beside them.
+        :param bodies: of who is tracked, and of who is lost, if it is asked whom a map shows.
         :param urgent: whether somebody is missing.
         :param heat_map_age: up to which a heat map counts, in seconds.
         """
@@ -91,7 +91,7 @@ class Sources:
         least = self.config.least_height * max(source)
         by_map: list[Detection] = []
         if bodies is not None and heat is not None and heat.stamp_ns == stamp_ns:
-            by_map = self._regions.detect(heat, source, bodies, least)
+            by_map = self._regions.detect(heat, source, least, *bodies)
         if seen is None or stamp_ns - seen.stamp_ns > _LATEST_NS:
             return Seen(stamp_ns, by_map=tuple(by_map), heat=heat)
         return Seen(seen.stamp_ns, seen.people, seen.drawn, tuple(by_map), heat)

@@ -73,6 +73,11 @@ class People:
         return [track for track in self.published if track.state == LOST]
 
     @property
+    def bodies(self) -> tuple[list[Box], list[Box]]:
+        """Return the bodies of who is tracked, no wider than one, and of who is lost."""
+        return [slim(track.body) for track in self.tracked], [each.body for each in self.lost]
+
+    @property
     def views(self) -> list[View]:
         """Return the views that they are tracked in."""
         return list(dict.fromkeys(track.view for track in self.tracks))

@@ -109,12 +109,6 @@ class Track(ABC):
         return self.body.shifted(dx, dy), self.box.shifted(dx, dy)
 
     @property
-    def is_inside(self) -> bool:
-        """Return whether the box about the body is all inside of the image."""
-        box, (height, width) = self.body, self.view.source
-        return box.x > 0 and box.y > 0 and box.right < width and box.bottom < height
-
-    @property
     def is_outside(self) -> bool:
         """Return whether nothing of what is about the person is in the image."""
         return not all(size_of(self.window))

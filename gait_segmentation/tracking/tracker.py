@@ -30,7 +30,7 @@ from gait_segmentation.tracking.beginning import Beginner
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.factory import TrackFactory
 from gait_segmentation.tracking.life_cycle import GAP_S
-from gait_segmentation.tracking.people import People, slim
+from gait_segmentation.tracking.people import People
 from gait_segmentation.tracking.tentative import Tentative
 from gait_segmentation.tracking.track import Track
 
@@ -260,7 +260,7 @@ class PeopleTracker:
             stamp_ns,
             [track.sought_in(stamp_ns)[-1] for track in first],
             boxes=bool(self.tracks()) or not self._given,
-            bodies=[slim(track.body) for track in people.tracked] if by_map else None,
+            bodies=people.bodies if by_map else None,
             urgent=people.is_missing(others=not self._given),
             heat_map_age=self.config.heat_map_age,
         )

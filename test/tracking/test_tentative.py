@@ -1,0 +1,48 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+from dataclasses import replace
+
+import pytest
+
+from gait_segmentation.detector.detection import Detection
+from gait_segmentation.geometry import Box
+from gait_segmentation.tracking.tentative import Tentative, follow
+
+BOX, S = Box(10, 10, 40, 100), 10**9
+
+
+def seen(*boxes: Box, score: float = 0.5) -> list[Detection]:
+    return [Detection(box, score) for box in boxes]
+
+
+def test_each_detection_goes_on_with_who_was_there_or_begins() -> None:
+    (first,), none = follow([], seen(BOX), S, 320)
+    assert none == []
+    found, others = follow([first], seen(BOX.shifted(3, 0), BOX.shifted(200, 0)), 2 * S, 320)
+    assert others == []
+    assert [each.existence.sightings for each in found] == [2, 1]
+    assert [each.stamp_ns for each in found] == [2 * S, 2 * S]
+    assert follow([first], [], 2 * S, 320) == ([], [first])
+
+
+@pytest.mark.parametrize(('steps', 'displaced'), [([3, -3, 3], False), ([4, 8, 12], True)])
+def test_somebody_has_come_on_who_is_elsewhere_than_at_first(steps, displaced) -> None:
+    (each,), _ = follow([], seen(BOX), S, 320)
+    for number, step in enumerate(steps, 1):
+        ((each,), _) = follow([each], seen(BOX.shifted(step, 0)), S + number, 320)
+    assert each.existence.displaced == displaced
+
+
+def test_who_is_not_seen_any_more_is_forgotten_and_what_was_no_person_later() -> None:
+    (each,), _ = follow([], seen(BOX), S, 320)
+    thing = replace(each, rejected=True)
+    assert [each.is_over(S + s * S // 2) for s in (2, 3)] == [False, True]
+    assert [thing.is_over(S + s * S) for s in (29, 31)] == [False, True]
+    assert Tentative.begun(seen(BOX)[0], S, 320) == each
+
+
+def test_who_was_compared_is_compared_again_after_a_while() -> None:
+    (each,), _ = follow([], seen(BOX), S, 320)
+    assert not each.was_compared(S)
+    compared = replace(each, compared_ns=S)
+    assert [compared.was_compared(S + s * S // 4) for s in (1, 3)] == [True, False]
