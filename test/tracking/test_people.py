@@ -1,0 +1,81 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Who gets which slot, and who is who when people touch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gait_segmentation.detector.detection import Detection, SoftMask
+from gait_segmentation.detector.networks import DetectorConfig, Networks
+from gait_segmentation.detector.scheduler import DetectorScheduler
+from gait_segmentation.geometry import Box
+from test.tracking.figures import BLUE, GREEN, RED, Figure, Told, ids, picture, walk, watched
+
+EVERY = DetectorConfig(calm_period=0.02, urgent_period=0.02)
+
+
+def test_the_tallest_get_slots_first_and_the_others_when_one_is_free() -> None:
+    boxes: list[Box] = []
+    told = watched(boxes, 2, patience=0.2)
+    people = [Figure(60, RED, height=70), Figure(160, BLUE, height=100), Figure(260, GREEN)]
+    boxes[:] = [each.box for each in people]
+    bodies = [each.body for each in told.show(*people)]
+    assert [body.iou(people[k].box) > 0.5 for body, k in zip(bodies, (1, 2), strict=True)] == [
+        True,
+        True,
+    ]
+    boxes.pop()
+    for _ in range(30):
+        results = told.show(*people[:2])
+    assert results[1].state == 'tracked'
+    assert results[1].body.iou(people[0].box) > 0.5
+
+
+def test_two_who_touch_from_the_beginning_are_two() -> None:
+    boxes: list[Box] = []
+    told = watched(boxes, 2)
+    for figure in walk(Figure(120, RED), 12, 2.0):
+        other = Figure(figure.x + 24, BLUE)
+        boxes[:] = [figure.box, other.box]
+        results = told.show(figure, other)
+    assert sorted(ids(results)) == [1, 2]
+    for each in (figure, other):
+        assert max(result.body.iou(each.box) for result in results) > 0.6
+
+
+class Masks:
+    """A network that draws for each known box the figure that is nearest to it."""
+
+    def __init__(self, figures: list[Figure]) -> None:
+        self.figures = figures
+
+    def _mask(self, box: Box) -> SoftMask:
+        nearest = max(self.figures, key=lambda figure: figure.box.iou(box))
+        return SoftMask(nearest.mask(), 1.0, (0.0, 0.0), box.padded(20, 20))
+
+    def draw(
+        self, image: np.ndarray, people: Sequence[Box], seen: Sequence[Detection] | None
+    ) -> tuple[tuple[Detection, ...] | None, tuple[Detection, ...]]:
+        drawn = tuple(Detection(box, 0.0, self._mask(box)) for box in people)
+        found = seen and tuple(
+            Detection(each.box, each.score, self._mask(each.box)) for each in seen
+        )
+        return found, drawn
+
+
+def test_the_mask_of_one_person_is_evidence_for_them_alone() -> None:
+    figures = [Figure(120, RED), Figure(140, RED)]
+    networks = Networks(
+        lambda image: [Detection(each.box, 0.9) for each in figures], Masks(figures)
+    )
+    told = Told(2, 'detector', scheduler=DetectorScheduler(EVERY, networks))
+    image, shown = picture(figures)
+    results = told.tracker.update(image, told.stamp_ns)
+    for result in results:
+        own = max(range(2), key=lambda k: figures[k].box.iou(result.body))
+        other = (shown[1 - own] > 0) & (figures[own].mask() == 0)
+        assert (result.likelihood[other] > 127).mean() < 0.1
+        assert (result.likelihood[shown[own] > 0] > 127).mean() > 0.8
