@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import Image, RegionOfInterest
 
 from gait_segmentation.config import StageConfig
+from gait_segmentation.detector.detection import SAME_PERSON
 from gait_segmentation.detector.networks import DetectorConfig
 from gait_segmentation.detector.scheduler import DetectorScheduler
 from gait_segmentation.errors import GaitSegmentationError, InputError
@@ -33,9 +34,6 @@ from gait_segmentation.tracking import TrackingConfig
 
 _AHEAD_S = 1.0
 """How far the stamp of a heat map may be ahead of the last image; another clock, if farther."""
-
-_SAME_OVERLAP = 0.3
-"""Intersection over union from which two boxes are taken for the same person."""
 
 
 class CameraNode(GaitNode):
@@ -240,6 +238,6 @@ def new_people(
     free = slots - len(requested) - sum(track.track_id != 0 for track in tracks)
     new: list[Box] = []
     for box in boxes:
-        if all(box.iou(each) < _SAME_OVERLAP for each in (*known, *new)):
+        if all(box.iou(each) < SAME_PERSON for each in (*known, *new)):
             new.append(box)
     return new[: max(free, 0)]
