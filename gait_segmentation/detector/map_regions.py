@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import cv2
 
@@ -38,6 +39,15 @@ class MapRegions:
     def __init__(self, shapes: BodyShapes) -> None:
         self._shapes = shapes
         self._stamp_ns = 0
+
+    def rated(self, person: Detection) -> Detection:
+        """Return a detection with a better score if its mask has the shape of a body."""
+        if person.mask is None or (around := Box.around(person.mask.values > 127)) is None:
+            return person
+        side = len(person.mask.values)
+        region = cv2.inRange(person.mask.values[around.slices(side, side)], 128, 255)
+        score = self._shapes.likeness(normalised(region)) + _SCORE
+        return replace(person, score=min(max(person.score, score), 1.0))
 
     def detect(
         self,

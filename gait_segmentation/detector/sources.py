@@ -94,4 +94,7 @@ class Sources:
             by_map = self._regions.detect(heat, source, least, *bodies)
         if seen is None or stamp_ns - seen.stamp_ns > _LATEST_NS:
             return Seen(stamp_ns, by_map=tuple(by_map), heat=heat)
-        return Seen(seen.stamp_ns, seen.people, seen.drawn, tuple(by_map), heat)
+        people = seen.people
+        if people is not None:
+            people = tuple(map(self._regions.rated, people))
+        return Seen(seen.stamp_ns, people, seen.drawn, tuple(by_map), heat)
