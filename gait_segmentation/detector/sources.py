@@ -38,6 +38,11 @@ class Seen(NamedTuple):
     by_map: tuple[Detection, ...] = ()
     heat: HeatMap | None = None
 
+    @property
+    def masked(self) -> list[Detection]:
+        """Return whom a network has drawn."""
+        return [each for each in (*(self.people or ()), *self.drawn) if each.mask is not None]
+
 
 class Sources:
     """Has all those look who see people, each when it is time."""

@@ -13,6 +13,7 @@ from gait_segmentation.results import TRACKED
 from gait_segmentation.scene.place import PlaceMemory
 from gait_segmentation.scene.scene import Scene, View
 from gait_segmentation.starting import FirstMask
+from gait_segmentation.tracking.association import associate
 from gait_segmentation.tracking.existence import Existence
 from gait_segmentation.tracking.factory import TrackFactory
 from gait_segmentation.tracking.initialization import recognized
@@ -43,13 +44,20 @@ class Beginner:
             self._place = place = place or PlaceMemory(scene, fine=people.slots > 1)
             place.update([slim(track.body) for track in published if track.state == TRACKED])
 
-    def begin_given(self, scene: Scene, people: People, boxes: Sequence[Box]) -> None:
-        """Begin with the people in boxes that were given, in source pixels."""
+    def begin_given(
+        self, scene: Scene, people: People, boxes: Sequence[Box], drawn: Sequence[Detection]
+    ) -> None:
+        """
+        Begin with the people in boxes that were given, in source pixels.
+
+        :param drawn: whom a network has drawn in the newest frame.
+        """
         begun: list[Track] = []
         for box in boxes:
             slot = people.slot_for(box, begun)
             people.free(slot)
-            given, existence = Detection(box, 1.0), Existence(scene.stamp_ns, given=True)
+            pairs, existence = associate([[box]], drawn), Existence(scene.stamp_ns, given=True)
+            given = Detection(box, 1.0, drawn[pairs[0]].mask if pairs else None)
             view, start = self._estimate(scene, people, given)
             begun.append(self._factory.make(view, start, given, existence, slot=slot))
             people.add(begun[-1])

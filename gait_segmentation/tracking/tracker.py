@@ -174,12 +174,13 @@ class PeopleTracker:
         # Before the boxes: what the camera saw until now tells what in them is the person.
         at_first = bool(given) and not scene.views
         self._predict(scene, image)
-        seen = self._look(image)
+        seen = self._look(image, given)
         scene.show(seen.heat)
         found = self._associate(scene, seen)
         people = self._people
         self._beginner.remember(scene, people, wanted=not (at_first or self._is_given))
-        self._beginner.begin_given(scene, people, given)
+        drawn = seen.masked if seen.stamp_ns == stamp_ns else []
+        self._beginner.begin_given(scene, people, given, drawn)
         self._beginner.begin_found(scene, people, found, given=self._is_given)
         likelihoods = self._observe(scene)
         return self._results(scene, likelihoods)
@@ -250,15 +251,15 @@ class PeopleTracker:
                 track.fade(NO_GRADIENT if track.view.now.image.textured else NO_CHROMA)
             track.predict(silhouettes.get(track.track_id))
 
-    def _look(self, image: NDArray[np.uint8]) -> Seen:
-        """Have everybody look who sees people."""
+    def _look(self, image: NDArray[np.uint8], given: Sequence[Box]) -> Seen:
+        """Have everybody look who sees people; boxes are given of who is to begin."""
         people, stamp_ns = self._people, self._stamp_ns
         first = sorted(people.tracked, key=lambda track: track.slot is None)
         by_map = self.starting.auto_init != 'none' or bool(people.lost) or self._given
         return self._sources.look(
             image,
             stamp_ns,
-            [track.sought_in(stamp_ns)[-1] for track in first],
+            [*given, *(track.sought_in(stamp_ns)[-1] for track in first)],
             boxes=bool(self.tracks()) or not self._given,
             bodies=people.bodies if by_map else None,
             urgent=people.is_missing(others=not self._given),

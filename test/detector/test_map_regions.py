@@ -107,7 +107,7 @@ def test_what_is_drawn_of_somebody_lifts_their_score_if_it_has_the_shape_of_a_bo
     regions, square = MapRegions(SHAPES), np.full((30, 150), 255, np.uint8)
     person = body((60, 160)).astype(np.uint8)
     assert regions.rated(drawn(person, 0.4)).score > SURE
-    assert regions.rated(drawn(person, 0.99)).score == 0.99
+    assert regions.rated(drawn(person, 1.0)).score == 1.0
     assert regions.rated(drawn(square, 0.4)).score < SURE
     assert regions.rated(drawn(0 * square, 0.4)).score == 0.4
     assert regions.rated(Detection(Box(1, 1, 2, 3), 0.4)).score == 0.4

@@ -79,3 +79,19 @@ def test_the_mask_of_one_person_is_evidence_for_them_alone() -> None:
         other = (shown[1 - own] > 0) & (figures[own].mask() == 0)
         assert (result.likelihood[other] > 127).mean() < 0.1
         assert (result.likelihood[shown[own] > 0] > 127).mean() > 0.8
+
+
+def test_a_box_that_is_given_begins_with_the_mask_of_who_is_in_it() -> None:
+    figure = Figure(120, RED)
+    networks = Networks(lambda image: [], Masks([figure]))
+    told = Told(1, 'detector', scheduler=DetectorScheduler(EVERY, networks))
+    # A board in their colours goes on from them.
+    image, (own,) = picture([figure])
+    board = np.zeros_like(own)
+    board[60:120, 125:150] = 255
+    image[(board > 0) & (own == 0)] = RED
+    told.tracker.initialize(figure.box.union(Box(125, 60, 15, 60)))
+    (result,) = told.tracker.update(image, told.stamp_ns)
+    beside = (board > 0) & (own == 0)
+    assert (result.likelihood[beside] > 127).mean() < 0.1
+    assert (result.likelihood[own > 0] > 127).mean() > 0.9
