@@ -19,9 +19,9 @@ import numpy as np
 CERTAIN = math.log(200)
 """Most log-odds of a person: what a silence by chance is less likely than when nobody is there."""
 
-_SCORES = (0.15, 0.3, 0.5, 0.6, 0.7, 0.8, 0.95)
-_SMALL = (-3.5, -2.0, -0.4, 0.5, 2.0, 5.0, 10.0)
-_TALL = (-6.0, -4.0, -1.5, 0.0, 2.0, 5.0, 10.0)
+_SCORES = (0.15, 0.3, 0.5, 0.55, 0.6, 0.7, 0.8, 0.95)
+_SMALL = (-3.5, -2.0, -0.4, 2.2, 2.6, 3.5, 5.0, 10.0)
+_TALL = (-6.0, -4.0, -1.5, -0.75, 0.0, 2.0, 5.0, 10.0)
 """
 Scores of a detector, and what they say of somebody small and tall: of the latter all but a few
 have .7 and more, of the former .4 to .7, and of things that are no people .5 at most.
@@ -45,6 +45,9 @@ _UNLIKE = -6.0
 _ASKED_NS = 300_000_000
 """Time without motion after which it is asked what rests there: people sway, things do not."""
 
+_LATEST = 5
+"""Looks over which the mean is taken of what they say, at most."""
+
 _MEMORY = 20
 """Looks that the share of those in which somebody was seen is taken over, at most."""
 
@@ -54,9 +57,10 @@ class Existence:
     """
     What speaks for a track to be a person, and against it.
 
-    ``said`` is the mean of what ``sightings`` of a detector say; of ``looks`` it had ``hits``
-    while they were known to be there, and ``missed`` the last.  ``found_ns`` is the stamp of the
-    first frame, and ``moved_ns`` that of the last in which they moved, None if they never did.
+    ``said`` is the mean of what the last ``sightings`` of a detector say; of ``looks`` it had
+    ``hits`` while they were known to be there, and ``missed`` the last.  ``found_ns`` is the stamp
+    of the first frame, and ``moved_ns`` that of the last in which they moved, None if they never
+    did.
     """
 
     found_ns: int
@@ -102,7 +106,7 @@ class Existence:
         # Misses tell how reliably they are seen only if they were there, as is known now.
         looks, hits = self.looks + self.missed + 1, self.hits + 1
         fade = min(1.0, _MEMORY / looks)
-        sightings = min(self.sightings + 1, _MEMORY)
+        sightings = min(self.sightings + 1, _LATEST)
         return replace(
             self,
             said=self.said + (said - self.said) / sightings,

@@ -23,8 +23,8 @@ _THING_NS = 30_000_000_000
 _COMPARED_NS = 500_000_000
 """Time after which somebody may look otherwise."""
 
-_DISPLACED = 0.1
-"""How far somebody has come who is no thing, in heights of their box."""
+_DISPLACED, _GONE_ON = 0.1, 0.25
+"""How far somebody has come who may be no thing, and who is none, in heights of their box."""
 
 
 @dataclass(frozen=True)
@@ -60,9 +60,10 @@ class Tentative:
         """Go on with the next detection."""
         box, first = detection.box, self.origin
         dx, dy = box.center_x - first.center_x, box.center_y - first.center_y
-        displaced = math.hypot(dx, dy) >= _DISPLACED * box.height
-        share = box.height / longest
-        existence = self.existence.seen(detection.score, share, displaced=displaced)
+        way, share = math.hypot(dx, dy) / box.height, box.height / longest
+        existence = self.existence.seen(detection.score, share, displaced=way >= _DISPLACED)
+        if way >= _GONE_ON:
+            existence = existence.moving(stamp_ns)
         return replace(self, detection=detection, stamp_ns=stamp_ns, existence=existence)
 
     def was_compared(self, stamp_ns: int) -> bool:

@@ -51,6 +51,7 @@ def test_of_whom_is_found_again_it_is_known_how_reliably_they_are_seen():
         (0.9, TALL, 'x', True),
         (0.5, SMALL, 'x', False),
         (0.5, SMALL, 'xx', True),
+        (0.55, SMALL, 'x', True),
         (0.3, SMALL, 'xxxx', False),
     ],
 )
@@ -58,12 +59,28 @@ def test_of_the_small_less_is_asked_than_of_the_tall(score, share, looked, begin
     assert (looks(looked, score, share).log_odds(S) >= 0) == begins
 
 
-@pytest.mark.parametrize(('score', 'stays'), [(0.6, False), (0.8, True), (0.94, True)])
-def test_what_rests_since_it_was_found_must_look_the_more_like_a_person(score, stays):
-    existence = looks('xxx', score)
+@pytest.mark.parametrize(
+    ('score', 'share', 'stays'),
+    [
+        (0.6, TALL, False),
+        (0.8, TALL, True),
+        (0.94, TALL, True),
+        (0.5, SMALL, False),
+        (0.6, SMALL, True),
+    ],
+)
+def test_what_rests_since_it_was_found_must_look_the_more_like_a_person(score, share, stays):
+    existence = looks('xxx', score, share)
     assert existence.doubt(2 * S - 1) == ''
     assert ('not moved' not in existence.doubt(2 * S)) == stays
     assert existence.moving(S).log_odds(9 * S) > 0
+
+
+def test_what_was_said_long_ago_does_not_count():
+    existence = looks('x' * 20, 0.4)
+    for _ in range(9):
+        existence = existence.seen(0.9, TALL)
+    assert existence.log_odds(9 * S) > 0
 
 
 @pytest.mark.parametrize(('score', 'person'), [(0.35, False), (0.5, True)])

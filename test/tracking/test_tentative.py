@@ -33,6 +33,15 @@ def test_somebody_has_come_on_who_is_elsewhere_than_at_first(steps, displaced) -
     assert each.existence.displaced == displaced
 
 
+def test_who_has_gone_on_far_has_moved() -> None:
+    (each,), _ = follow([], seen(BOX), S, 320)
+    moved = []
+    for number, step in enumerate((10, 20, 30), 1):
+        ((each,), _) = follow([each], seen(BOX.shifted(step, 0)), S + number, 320)
+        moved.append(each.existence.moved_ns is not None)
+    assert moved == [False, False, True]
+
+
 def test_who_is_not_seen_any_more_is_forgotten_and_what_was_no_person_later() -> None:
     (each,), _ = follow([], seen(BOX), S, 320)
     thing = replace(each, rejected=True)
