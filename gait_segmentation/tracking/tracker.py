@@ -63,7 +63,7 @@ class PeopleTracker:
         :param bank: the templates that first masks are estimated with.
         :param max_people: number of slots.
         :param starting: how people are found without a box.
-        :param scheduler: what has networks look at images; if None the detector of the package, in
+        :param scheduler: what has networks look at images; if None the package's detector, in
             lockstep.
         """
         scheduler = scheduler or DetectorScheduler()
