@@ -219,9 +219,9 @@ def _print(reports: list[Report], seconds: float, place: Path) -> None:
         said += [f'{path} was left incomplete' for path in report.left]
         if report.frames and not (report.seen or report.error or report.interrupted):
             said.append(
-                f'{report.input}: no person was found; people are found when they walk and all of '
-                'them is in the image: --box says where a person is, --rate the true rate of '
-                'slow motion'
+                f'{report.input}: the detector found no person; it is unsure of people below 30 '
+                'pixels, in the dark and upside down: --box says where a person is, --rotate turns '
+                'the images'
             )
         for text in said:
             print(f'gait_replay: {text}', file=sys.stderr)

@@ -106,7 +106,7 @@ def parser() -> argparse.ArgumentParser:
         nargs=4,
         metavar=('X', 'Y', 'W', 'H'),
         help='with --clip: tight box of a person in the first frame played, in pixels of the '
-        'film; without, people are found by their walk',
+        'film; without, the detector finds people',
     )
     add(
         '--detector',
