@@ -220,8 +220,8 @@ def _print(reports: list[Report], seconds: float, place: Path) -> None:
         if report.frames and not (report.seen or report.error or report.interrupted):
             said.append(
                 f'{report.input}: the detector found no person; it is unsure of people below 30 '
-                'pixels, in the dark and upside down: --box says where a person is, --rotate turns '
-                'the images'
+                'pixels, in the dark and upside down: --box says where a person is, --rotate '
+                'turns the images'
             )
         for text in said:
             print(f'gait_replay: {text}', file=sys.stderr)
