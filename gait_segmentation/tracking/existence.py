@@ -147,6 +147,8 @@ class Existence:
         """Return what speaks against a person in the frame of a stamp, '' if little does."""
         if self.log_odds(stamp_ns) >= 0:
             return ''
+        if self.evidence(stamp_ns) < 0 and self.moved_ns is not None:
+            return 'it moves, but hardly looks like a person'
         if self.evidence(stamp_ns) < 0:
             return 'it has not moved since it was found'
         if self.unlike:

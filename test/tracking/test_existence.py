@@ -85,7 +85,9 @@ def test_what_was_said_long_ago_does_not_count():
 
 @pytest.mark.parametrize(('score', 'person'), [(0.35, False), (0.5, True)])
 def test_what_moves_and_hardly_looks_like_a_person_is_none(score, person):
-    assert (looks('x' * 9, score).moving(S).log_odds(2 * S) >= 0) == person
+    existence = looks('x' * 9, score).moving(S)
+    assert (existence.log_odds(2 * S) >= 0) == person
+    assert ('hardly looks' in existence.doubt(2 * S)) != person
 
 
 def test_what_ceases_to_move_and_looks_otherwise_is_doubted_until_it_moves():
