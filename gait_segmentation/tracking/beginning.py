@@ -87,7 +87,7 @@ class Beginner:
         free = is_person and None in people.by_slot and not given
         # A region of a map has an outline, and so may take its pixels along at once.
         if self._factory.config.use_bystanders and (is_person or detection.by_map):
-            near = people.near(self._factory.tight(detection))
+            near = people.near(self._factory.tight(detection), by_map=detection.by_map)
         if not (free or near) and (not lost or each.was_compared(scene.stamp_ns)):
             return each
         view = None if free or near is None else near.view

@@ -102,16 +102,18 @@ class People:
         waiting = waiting and not all(each.rejected for each in self.tentative)
         return waiting or any(track.existence.missed for track in published)
 
-    def near(self, box: Box) -> Track | None:
-        """Return beside whom somebody in a box, in source pixels, is to be followed, if any."""
+    def near(self, box: Box, *, by_map: bool) -> Track | None:
+        """
+        Return beside whom somebody in a box, in source pixels, is to be followed, if any.
+
+        :param by_map: whether a map shows them; it tells that if it shows all who are near.
+        """
         if sum(track.slot is None for track in self.tracks) >= _MOST_BESIDE:
             return None
-        for track in self.published:
-            here = box.scaled(track.view.scale)
-            alike = _SHORTEST < here.height / track.pose.height < _TALLEST
-            if alike and _is_within(here, track, _NEAR):
-                return track
-        return None
+        found = [track for track in self.published if _is_near(box, track)]
+        if by_map and not all(track.is_shown for track in found):
+            return None
+        return next(iter(found), None)
 
     def slot_for(self, box: Box, taken: Iterable[Track]) -> int:
         """
@@ -195,6 +197,13 @@ class People:
     def wait(self, others: Iterable[Tentative]) -> None:
         """Keep tentative tracks that have not begun."""
         self.tentative.extend(others)
+
+
+def _is_near(box: Box, track: Track) -> bool:
+    """Return whether a box, in source pixels, may be of a person beside a track."""
+    here = box.scaled(track.view.scale)
+    alike = _SHORTEST < here.height / track.pose.height < _TALLEST
+    return alike and _is_within(here, track, _NEAR)
 
 
 def _is_needed(track: Track, published: Iterable[Track]) -> bool:

@@ -154,6 +154,11 @@ class Track(ABC):
     full: Silhouette | None = None
     """The last of all of a person whom no border cuts, who is looked for by it, if they are."""
 
+    @property
+    def is_shown(self) -> bool:
+        """Return whether the last heat map showed them."""
+        return self.shown >= _SHOWN_SHARE
+
     shown = 0.0
     """Share of the person that the last heat map showed."""
 
@@ -193,7 +198,7 @@ class Track(ABC):
         :param others: in the view, of whom masks are cut.
         """
         if self._by_map and self.view.heat is not None and not self.view.heat.frames:
-            (self.resume if self.shown >= _SHOWN_SHARE else self.overlook)()
+            (self.resume if self.is_shown else self.overlook)()
         if self.state == LOST or self.is_outside or any(self._meets(each) for each in others):
             return
         near = distance_from(self.expected_mask() > 127) < GUARD * self.pose.height

@@ -94,6 +94,15 @@ def test_a_bystander_who_gets_a_slot_is_no_bystander_any_more() -> None:
     assert [result.track_id for result in results] == [1, 3]
 
 
+def test_a_map_that_misses_who_has_a_slot_does_not_tell_who_is_beside() -> None:
+    told = started()
+    for _ in range(3):
+        image, (theirs, own) = picture([Figure(185, BLUE), STAYS])
+        told.tracker.add_heat_map(theirs, told.stamp_ns)
+        told.see(image, [own])
+        assert beside(told) == []
+
+
 def test_a_map_of_something_else_shows_nobody_beside() -> None:
     told = started()
     for _ in range(3):
