@@ -141,7 +141,7 @@ class Existence:
 
     def renewed(self) -> Existence:
         """Return that of the same person, found again: it is known how well they are seen."""
-        return replace(self, unlike=False, missed=0, silence=0.0)
+        return replace(self.seen_again(), unlike=False)
 
     def doubt(self, stamp_ns: int) -> str:
         """Return what speaks against a person in the frame of a stamp, '' if little does."""

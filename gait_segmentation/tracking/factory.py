@@ -75,7 +75,7 @@ class TrackFactory:
             view,
             start,
             self.config,
-            existence,
+            existence=existence,
             outlined=detection.by_map or detection.mask is not None,
             slot=slot,
             by_map=slot is None and detection.by_map,

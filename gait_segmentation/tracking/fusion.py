@@ -31,7 +31,6 @@ from gait_segmentation.tracking.cues import CueInput
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
 from gait_segmentation.tracking.cues.motion import MotionCue
 from gait_segmentation.tracking.cues.sighting import SightingCue
-from gait_segmentation.tracking.existence import Existence
 from gait_segmentation.tracking.likelihood import log_ratio, place_shown
 from gait_segmentation.tracking.pixels import PixelClaim, beyond
 from gait_segmentation.tracking.pose import Pose
@@ -79,20 +78,11 @@ class FusionTrack(Track):
         view: View,
         start: FirstMask,
         config: TrackingConfig,
-        existence: Existence | None = None,
-        *,
-        outlined: bool = False,
-        **where: Any,
+        **known: Any,
     ) -> None:
-        """
-        Begin with the first mask, in the newest frame of a view.
-
-        :param outlined: whether a map or mask shows their outline.
-        :param where: slot and source, see :class:`.Track`.
-        """
+        """Begin with the first mask, in the newest frame of a view; see the base class."""
         pose = Pose.of(start.body, start.box, start.body.angle if config.use_tilt else 0.0)
-        super().__init__(track_id, view, pose, config, existence, **where)
-        self._outlined = outlined
+        super().__init__(track_id, view, pose, config, **known)
         self._drawn: tuple[SoftMask, State] | None = None
         self._moving_looks: deque[NDArray[np.float32]] = deque(maxlen=MOST_KEPT)
         self.mask = self.visible = Silhouette(start.mask, self.displacement)
@@ -136,7 +126,7 @@ class FusionTrack(Track):
         logit = self.log_ratio(lab, pose.rows(window), window, strangers)
         body, area = expected if template is None else template, self._usual_area
         # Each cue sees what those before it have added to the ratio.
-        drawn = self._drawn
+        drawn = self._drawn_of_late()
         given = CueInput(view, self.states, pose, window, body, logit, seen, area, config, drawn)
         for cue in self.cues:
             evidence = cue.evidence(given)
@@ -150,6 +140,13 @@ class FusionTrack(Track):
         return PixelClaim(
             window, logit, expected, away, pose.feet, pose.height, hidden, template, vague
         )
+
+    def _drawn_of_late(self) -> tuple[SoftMask, State] | None:
+        """Return the newest mask by a network, and its state, None if it is too old to count."""
+        if self._drawn is None:
+            return None
+        age_ns = self.view.now.image.stamp_ns - self._drawn[1].frame.image.stamp_ns
+        return self._drawn if age_ns <= 1e9 * self.config.heat_map_age else None
 
     def see(self, detection: Detection, stamp_ns: int) -> None:
         """Take in where a detector saw the person, and what was drawn of them."""

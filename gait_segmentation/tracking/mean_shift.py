@@ -29,7 +29,6 @@ from gait_segmentation.scene.scene import Frame, View
 from gait_segmentation.starting import FirstMask
 from gait_segmentation.starting.first_mask import in_view
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.existence import Existence
 from gait_segmentation.tracking.pixels import PixelClaim
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.track import Track
@@ -108,15 +107,10 @@ class MeanShiftTrack(Track):
         view: View,
         start: FirstMask,
         config: TrackingConfig,
-        existence: Existence | None = None,
-        *,
-        outlined: bool = False,
-        **where: Any,
+        **known: Any,
     ) -> None:
         """Begin with the box of a start in the newest frame of a view; see :func:`start_in`."""
-        super().__init__(
-            track_id, view, Pose.of(start.body, start.box), config, existence, **where
-        )
+        super().__init__(track_id, view, Pose.of(start.body, start.box), config, **known)
         self._selector = FeatureSelector()
         self._usual, self._frames = 1.0, 0
         self._learn()

@@ -66,19 +66,21 @@ class Track(ABC):
         view: View,
         pose: Pose,
         config: TrackingConfig,
-        existence: Existence | None = None,
         *,
+        existence: Existence | None = None,
         slot: int | None = None,
         by_map: bool = False,
+        outlined: bool = False,
     ) -> None:
         """
         Begin in the newest frame of a view.
 
         :param existence: without one their box was given.
         :param by_map: whether a heat map has to go on showing them.
+        :param outlined: whether a map or mask shows their outline.
         """
         self.track_id, self.view, self.config, self.pose = track_id, view, config, pose
-        self.slot, self._by_map = slot, by_map
+        self.slot, self._by_map, self._outlined = slot, by_map, outlined
         self.state, self.reason, self.confidence = TRACKED, '', 0.0
         self.existence = existence or Existence(view.now.image.stamp_ns, given=True)
         self.states = deque([State(view.now, (0.0, 0.0))], maxlen=MOST_KEPT)

@@ -36,8 +36,8 @@ class CueInput:
     rows and columns that are judged, ``expected`` (h, w) uint8 the template or else the mask
     expected there, above 127 on the person, ``logit`` (h, w) float32 what has been made of the
     pixels so far, ``seen`` whether the person was seen until now: of who is lost no motion is
-    known, ``usual_area`` that of the person in squared body heights, and ``drawn`` the newest mask
-    of them by a network, and the state in its frame.
+    known, ``usual_area`` that of the person in squared body heights, and ``drawn`` a mask of them
+    by a network, of this frame or one shortly before, and the state in its frame.
     """
 
     view: View
@@ -50,14 +50,6 @@ class CueInput:
     usual_area: float
     config: TrackingConfig
     drawn: tuple[SoftMask, State] | None = None
-
-    @property
-    def is_drawn(self) -> bool:
-        """Return whether the newest mask of a network is of this frame or one shortly before."""
-        if self.drawn is None:
-            return False
-        age_ns = self.view.now.image.stamp_ns - self.drawn[1].frame.image.stamp_ns
-        return age_ns <= 1e9 * self.config.heat_map_age
 
     def moved(self, since: State) -> tuple[float, float]:
         """Return how far the body went since an earlier state, (x, y) in pixels."""

@@ -70,7 +70,7 @@ class HeatMapCue(Cue):
 
 def _values(given: CueInput) -> ShownHeat | None:
     """Return what counts in the window: what was drawn of this person alone, else the heat map."""
-    if given.drawn is not None and given.is_drawn:
+    if given.drawn is not None:
         mask, state = given.drawn
         then_ns = state.frame.image.stamp_ns
         frames = sum(each.frame.image.stamp_ns > then_ns for each in given.states)

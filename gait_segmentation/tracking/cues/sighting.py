@@ -52,7 +52,8 @@ class SightingCue(Cue):
     def evidence(self, given: CueInput) -> Evidence | None:
         """Return what the last box says of the newest frame, see :meth:`Cue.evidence`."""
         box, heat = self.box_in(given.states[-1]), given.view.heat
-        if box is None or given.is_drawn or (heat is not None and heat.trust > _TRUSTED):
+        shown = given.drawn is not None or (heat is not None and heat.trust > _TRUSTED)
+        if box is None or shown:
             return None
         margin = _MARGIN * box.height
         rows, columns = given.window
