@@ -14,11 +14,7 @@ SEED ?= $(shell od -An -N4 -tu4 /dev/urandom | tr -d ' ')
 help:  ## list the targets
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed 's/:.*## /\t/' | expand -t 12
 
-# Only what has been asked for is fetched.
-NETWORK = $(if $(filter people,$(DETECTOR)),$(BIN)/gait_warm_up --people)
-
-demo: $(VENV)/demo  ## push a film of a walking woman through the three nodes (PRESET=paper; DETECTOR=people)
-	@$(NETWORK)
+demo: $(VENV)/demo  ## push a film of a walking woman through the three nodes (PRESET=paper; DETECTOR=boxes)
 	$(BIN)/gait_demo --out $(OUT)/demo $(if $(PRESET),--preset $(PRESET)) $(if $(DETECTOR),--detector $(DETECTOR))
 	@echo 'next, a film of your own: make overlay FILM=walk.mp4'
 
@@ -28,8 +24,7 @@ override export OUT := $(value OUT)
 HERE = case "$$FILM" in '~/'*) FILM=$$HOME/$${FILM\#'~/'};; esac
 
 # Made again each time, but nothing is replaced that is not of this film, as one's own or of another of that name.
-overlay: film-given $(VENV)/demo  ## find who is in FILM=walk.mp4: overlay and masks (of three: PEOPLE=3; DETECTOR=people)
-	@$(NETWORK)
+overlay: film-given $(VENV)/demo  ## find who is in FILM=walk.mp4: overlay and masks (of three: PEOPLE=3; DETECTOR=boxes)
 	@$(HERE); name=$$(basename -- "$$FILM"); place=$$(realpath -m -- "$$OUT")/$${name%.*}; \
 	film=$$(realpath -- "$$FILM"); known="$${place%/*}/replay/$${name%.*}.film"; \
 	for each in "$${place}_overlay.mp4" "$${place}_masks"; do \
@@ -83,7 +78,7 @@ $(VENV)/demo: setup.py tools/setup.py
 	@echo 'Installing into $(VENV): some minutes, once'
 	@$(PYTHON) -m venv $(VENV)
 	@$(BIN)/python -m pip install --quiet --upgrade pip setuptools
-	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable '.[ros,tools]' --editable ./tools
+	PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --editable '.[ros,tools,fast]' --editable ./tools
 	@touch $@
 
 $(VENV)/installed: $(VENV)/demo

@@ -25,6 +25,8 @@ TOOLS = [
     'rosbags>=0.11.0',
     'tqdm>=4.66.2',
 ]
+# Networks run faster with it, and those of users only with it.
+FAST = ['onnxruntime>=1.17.0']
 # `gait_replay --jobs` and `--dask`.
 ARCHIVE = ['distributed']
 TEST = [
@@ -84,9 +86,10 @@ setup(
     ],
     extras_require={
         'ros': ROS,
+        'fast': FAST,
         'tools': TOOLS,
         'archive': [*TOOLS, *ARCHIVE],
-        'test': [*TEST, *TOOLS],
+        'test': [*TEST, *TOOLS, *FAST],
     },
     zip_safe=False,
     entry_points={

@@ -72,7 +72,7 @@ from gait_segmentation.cli.tool import (
     read_parameter_file,
     run_tool,
 )
-from gait_segmentation.detector.networks import read_network
+from gait_segmentation.detector.onnx_file import OnnxFile
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input
@@ -251,14 +251,13 @@ def lag_of(options: argparse.Namespace) -> int:
 
 def network_ms(path: Path, film: Path) -> float:
     """Return the median time that a network takes for an image of a film, on one thread."""
-    net, (height, width), _ = read_network(path)
     cv2.setNumThreads(1)
-    names, times = net.getUnconnectedOutLayersNames(), []
+    network, times = OnnxFile(path), []
     for each in sorted(film.iterdir())[:NETWORK_FRAMES]:
         image = cv2.imread(str(each))
         began = time.perf_counter()
-        net.setInput(cv2.dnn.blobFromImage(image, 1 / 255, (width, height), swapRB=True))
-        net.forward(names)
+        size = network.width, network.height
+        network.run(cv2.dnn.blobFromImage(image, 1 / 255, size, swapRB=True))
         times.append(time.perf_counter() - began)
     return 1e3 * statistics.median(times)
 
@@ -321,7 +320,7 @@ def latencies(options: argparse.Namespace) -> list[bool]:
     """Measure all films and styles, print a table, and return what of the bars holds."""
     if options.onnx:
         # Before minutes are spent on the nodes.
-        read_network(options.onnx)
+        OnnxFile(options.onnx)
     report: dict[str, dict[str, dict[str, Any]]] = {}
     print(f'{"":27s}', *(f'{each:>11s}' for each in COLUMNS), flush=True)
     for size, walkers in product(options.sizes, options.walkers):

@@ -183,7 +183,7 @@ def priors_of(sequence: Sequence, config: PipelineConfig, priors: Iterable[str])
 
 def compare_priors(folders: list[Path], config: PipelineConfig) -> Numbers:
     """Print and return the errors of all priors."""
-    config = overridden(config, ['starting.auto_init=none', 'people.max_people=1'])
+    config = overridden(config, ['detector.network=none', 'people.max_people=1'])
     about = {each.name: each for each in parameters_of(config.segmentation)}['prior']
     priors = [str(each) for each in about.choices or ()]
     sequences = load_sequences(folders)

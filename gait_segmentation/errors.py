@@ -37,6 +37,7 @@ def one_line(error: object) -> str:
 EXTRAS = {
     **dict.fromkeys(('lz4', 'rosbags', 'tqdm'), 'tools'),
     'distributed': 'archive',
+    'onnxruntime': 'fast',
 }
 """Modules that nodes run without, and the extra of setup.py that brings them."""
 

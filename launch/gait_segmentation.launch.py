@@ -92,9 +92,9 @@ ARGUMENTS = [
     DeclareLaunchArgument(
         'detector',
         default_value='',
-        description='network that looks at whole images: boxes = the small one of this package; '
-        'people = that and a heat map of everybody; FILE.onnx = your own; empty = as in the '
-        'parameter file',
+        description='network that looks at whole images: people = those of this package; boxes = '
+        'of these only that which says where people are; none; FILE.onnx = your own; empty = as '
+        'in the parameter file',
     ),
     DeclareLaunchArgument(
         'camera_info',

@@ -6,28 +6,25 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import cv2
 import numpy as np
 import onnx
-import pytest
 from onnx import TensorProto, helper, numpy_helper
 
-needs_opencv_5 = pytest.mark.skipif(
-    int(cv2.__version__.split('.')[0]) < 5, reason='needs OpenCV 5: it tells what a network takes'
-)
 
-
-def save(path: Path, shape, nodes, outputs: dict, **constants) -> Path:
-    """Write a network with the input x of a shape; return its path."""
-    about = helper.make_tensor_value_info
+def save(path: Path, shape, nodes, outputs: dict, names=None, **constants) -> Path:
+    """Write a network with the input x of a shape, and names of its classes; return its path."""
+    half = any(np.asarray(each).dtype == np.float16 for each in constants.values())
+    real, about = TensorProto.FLOAT16 if half else TensorProto.FLOAT, helper.make_tensor_value_info
     graph = helper.make_graph(
         [helper.make_node(kind, inputs, out, **more) for kind, inputs, out, more in nodes],
         'network',
-        [about('x', TensorProto.FLOAT, shape)],
-        [about(name, TensorProto.FLOAT, sides) for name, sides in outputs.items()],
+        [about('x', real, shape)],
+        [about(name, real, sides) for name, sides in outputs.items()],
         [numpy_helper.from_array(np.asarray(each), name) for name, each in constants.items()],
     )
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid('', 13)], ir_version=8)
+    if names is not None:
+        helper.set_model_props(model, {'names': names})
     onnx.save(model, str(path))
     return path
 
@@ -46,12 +43,15 @@ def red_network(folder: Path, shape, factor: float = 1.0, sides=None) -> Path:
     )
 
 
-def box_network(folder: Path, output, shape=(1, 3, 64, 96), more=()) -> Path:
+def box_network(
+    folder: Path, output, shape=(1, 3, 64, 96), more=(), names=None, dtype='float32'
+) -> Path:
     """Write a network that gives the same whatever it sees, and other outputs besides."""
     sum_ = ('ReduceMean', ['x'], ['mean'], {'axes': [1, 2, 3], 'keepdims': 0})
     none = ('Mul', ['mean', 'zero'], ['none'], {})
     nodes = [sum_, none, ('Add', ['none', 'given'], ['boxes'], {})]
     nodes += [('Add', ['none', 'zero'], [name], {}) for name in more]
-    given = np.asarray(output, np.float32)
+    given = np.asarray(output, dtype)
     outputs = {'boxes': given.shape, **{name: [1] for name in more}}
-    return save(folder / 'boxes.onnx', shape, nodes, outputs, given=given, zero=np.float32(0))
+    zero = np.zeros((), dtype)
+    return save(folder / 'boxes.onnx', shape, nodes, outputs, names, given=given, zero=zero)

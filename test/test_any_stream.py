@@ -15,13 +15,13 @@ import pytest
 
 from benchmarks.synthetic import SyntheticFrame
 from gait_segmentation.cli.tool import preset_file, read_parameter_file
+from gait_segmentation.detector.networks import DetectorConfig
 from gait_segmentation.geometry import Box
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
 from gait_segmentation.results import Feedback
 from gait_segmentation.segmentation import PeopleSegmenter
-from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker
 from test.state import differences, remembered
 from test.walkers import box_of, clip, couple, overlap, small_bank
@@ -159,7 +159,7 @@ def test_a_mirrored_film_gives_mirrored_results(name: str, change: Any) -> None:
 def test_a_film_taken_elsewhere_gives_the_same_there() -> None:
     film = clip()
     # The detector's boxes are not the same by pixels elsewhere.
-    config = PipelineConfig(starting=StartingConfig(auto_init='none'))
+    config = PipelineConfig(detector=DetectorConfig(network='none'))
     pairs = [
         played(Pipeline(config, small_bank()), frames)
         for frames in (film, tuple(map(elsewhere, film)))

@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 import pytest
 
+from gait_segmentation.detector.networks import DetectorConfig
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
 from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
-from gait_segmentation.starting import StartingConfig
 from test.walkers import box_of, clip, small_bank
 
 FRAMES = 4
@@ -80,7 +80,7 @@ def test_boxes_that_hold_no_person(box: Box) -> None:
     ids=str,
 )
 def test_boxes_that_cannot_hold_a_person_are_refused_and_the_stream_goes_on(box: Box) -> None:
-    config = PipelineConfig(starting=StartingConfig(auto_init='none'))
+    config = PipelineConfig(detector=DetectorConfig(network='none'))
     pipe = Pipeline(config, small_bank())
     pipe.initialize(box)
     [image, *_] = film()

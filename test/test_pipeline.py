@@ -7,17 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gait_segmentation.detector.networks import DetectorConfig
 from gait_segmentation.errors import InputError
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.pipeline import FrameResult, Pipeline, PipelineConfig
-from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import TrackingConfig
 from test.walkers import box_of, clip, couple, overlap, small_bank
 
 
-def pipeline(lag: int = 0) -> Pipeline:
-    config = PipelineConfig(TrackingConfig(), MatchingConfig(lag=lag))
+def pipeline(lag: int = 0, network: str = 'people') -> Pipeline:
+    detector = DetectorConfig(network=network)
+    config = PipelineConfig(TrackingConfig(), MatchingConfig(lag=lag), detector=detector)
     return Pipeline(config, small_bank())
 
 
@@ -83,7 +84,7 @@ def test_stale_frames_are_dropped_and_change_nothing(lag: int) -> None:
 
 
 def test_a_heat_map_is_evidence_beside_the_trackers_own() -> None:
-    plain, told = pipeline(), pipeline()
+    plain, told = pipeline(network='boxes'), pipeline(network='boxes')
     contrasts = []
     for pipe in (plain, told):
         pipe.initialize(box_of(clip()[0]))
@@ -168,7 +169,7 @@ def several(lag: int = 0, slots: int = 3, threads: int = 2, people: int = 2) -> 
         TrackingConfig(),
         MatchingConfig(lag=lag),
         people=PeopleConfig(max_people=slots, people_threads=threads),
-        starting=StartingConfig(auto_init='none'),
+        detector=DetectorConfig(network='none'),
     )
     pipe = Pipeline(config, small_bank())
     results = []

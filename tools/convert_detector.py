@@ -115,18 +115,26 @@ class Network:
         return name
 
     def convolution(
-        self, value: str, kernel: np.ndarray, bias: np.ndarray, stride: int, apart: bool
+        self,
+        value: str,
+        kernel: np.ndarray,
+        bias: np.ndarray,
+        stride: int,
+        apart: bool,
+        pads: list[int] | None = None,
+        *,
+        exact: bool,
     ) -> str:
-        """Add a convolution, from weights as outputs, inputs, height, width."""
+        """Add a convolution, from weights as outputs, inputs, height, width, exact or int8."""
         name, side, count = f'w{len(self.nodes)}', kernel.shape[2], len(kernel)
-        # What TensorFlow calls SAME pads an even size for a stride of 2 at its end only.
-        pads = [0] * 4 if side == 1 else [0, 0, 1, 1] if stride == 2 else [1] * 4
+        if pads is None:
+            # What TensorFlow calls SAME pads an even size for a stride of 2 at its end only.
+            pads = [(side - stride) // 2] * 2 + [(side - stride + 1) // 2] * 2
         options = {'kernel_shape': [side] * 2, 'strides': [stride] * 2, 'pads': pads}
         options['group'] = count if apart else 1
         biases = self.constant(f'{name}_bias', bias)
-        if apart or kernel.size <= SMALL:
-            exact = kernel.astype(np.float16).astype(np.float32)
-            return self.node('Conv', [value, self.constant(name, exact), biases], **options)
+        if exact:
+            return self.node('Conv', [value, self.constant(name, kernel), biases], **options)
         scale = np.abs(kernel).max((1, 2, 3)) / np.float32(127)
         steps = np.rint(kernel / scale[:, None, None, None]).astype(np.int8)
         weights = self.node('Cast', [self.constant(name, steps)], to=TensorProto.FLOAT)
@@ -138,6 +146,20 @@ class Network:
             self.constant(f'ones{count}', np.ones(count, np.float32)),
         ]
         return self.node('BatchNormalization', [result, *parts], epsilon=0.0)
+
+    def model(self, name: str, *ends: dict[str, list[int | str]]) -> onnx.ModelProto:
+        """Return the whole, with the shapes of what goes in and what comes out."""
+        inputs, outputs = (
+            [
+                helper.make_tensor_value_info(each, TensorProto.FLOAT, shape)
+                for each, shape in end.items()
+            ]
+            for end in ends
+        )
+        body = helper.make_graph(self.nodes, name, inputs, outputs, list(self.weights.values()))
+        model = helper.make_model(body, opset_imports=[helper.make_opsetid('', 13)], ir_version=8)
+        onnx.checker.check_model(model, full_check=True)
+        return model
 
 
 def text(value: str) -> str:
@@ -168,7 +190,10 @@ def convert(graph: dict, blob: bytes) -> onnx.ModelProto:
             if 'Relu6' in steps:
                 kernel, bias = kernel / TOP, bias / TOP
             stride = int(attributes['strides']['list']['i'][1])
-            result = network.convolution(known[0], kernel, bias, stride, apart)
+            exact = apart or kernel.size <= SMALL
+            if exact:
+                kernel = kernel.astype(np.float16).astype(np.float32)
+            result = network.convolution(known[0], kernel, bias, stride, apart, exact=exact)
             if 'Relu6' in steps:
                 result = network.node('HardSigmoid', [result], alpha=1.0, beta=0.0)
             elif 'Relu' in steps:
@@ -182,23 +207,22 @@ def convert(graph: dict, blob: bytes) -> onnx.ModelProto:
         elif kind not in ('Const', 'Shape', 'StridedSlice', 'Mul'):  # the rest: sizes to resize to
             raise ValueError(f'{kind} {name} is not expected')
     network.nodes.append(helper.make_node('Concat', [names[h] for h in HEADS], ['people'], axis=1))
-    ends = [
-        helper.make_tensor_value_info(name, TensorProto.FLOAT, [1, channels, *sides])
-        for name, channels, sides in (
-            ('image', 3, ('height', 'width')),
-            ('people', 5, ('rows', 'columns')),
-        )
-    ]
-    body = helper.make_graph(
-        network.nodes,
+    return network.model(
         'movenet_multipose_boxes',
-        ends[:1],
-        ends[1:],
-        list(network.weights.values()),
+        {'image': [1, 3, 'height', 'width']},
+        {'people': [1, 5, 'rows', 'columns']},
     )
-    model = helper.make_model(body, opset_imports=[helper.make_opsetid('', 13)], ir_version=8)
-    onnx.checker.check_model(model, full_check=True)
-    return model
+
+
+def write(model: onnx.ModelProto, target: pathlib.Path, expected: str, *, keep: bool) -> None:
+    """Write a network, unless its SHA-256 is another than expected and it need not be."""
+    content = model.SerializeToString(deterministic=True)
+    digest = hashlib.sha256(content).hexdigest()
+    if digest != expected and not keep:
+        sys.exit(f'expected SHA-256 {expected}, not {digest}; nothing is written')
+    packed = gzip.compress(content, 9, mtime=0) if target.suffix == '.gz' else content
+    target.write_bytes(packed)
+    print(f'{len(packed)} bytes, of a network of {len(content)} with SHA-256 {digest}')
 
 
 def main() -> None:
@@ -209,16 +233,7 @@ def main() -> None:
     parser.add_argument('--keep', action='store_true', help='write another result, too')
     arguments = parser.parse_args()
     graph, blob = sources(arguments.package)
-    content = convert(json.loads(graph), blob).SerializeToString(deterministic=True)
-    digest = hashlib.sha256(content).hexdigest()
-    if digest != RESULT and not arguments.keep:
-        sys.exit(f'expected SHA-256 {RESULT}, not {digest}; nothing is written')
-    if arguments.to.suffix == '.gz':
-        written = gzip.compress(content, 9, mtime=0)
-    else:
-        written = content
-    arguments.to.write_bytes(written)
-    print(f'{len(written)} bytes, of a network of {len(content)} with SHA-256 {digest}')
+    write(convert(json.loads(graph), blob), arguments.to, RESULT, keep=arguments.keep)
 
 
 if __name__ == '__main__':

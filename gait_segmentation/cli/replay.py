@@ -28,7 +28,7 @@ from gait_segmentation.cli.tool import (
     run_tool,
 )
 from gait_segmentation.config import overridden, replaced
-from gait_segmentation.detector.networks import BOXES, open_networks
+from gait_segmentation.detector.networks import open_networks
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.folder import is_picture
@@ -81,7 +81,7 @@ def parser() -> argparse.ArgumentParser:
         nargs=4,
         metavar=('X', 'Y', 'W', 'H'),
         help='tight box of a person in the first frame, in pixels of the input; without it '
-        'people are found as starting.auto_init says',
+        'people are found',
     )
     maps = made.add_mutually_exclusive_group()
     maps.add_argument(
@@ -94,8 +94,8 @@ def parser() -> argparse.ArgumentParser:
     maps.add_argument(
         '--detector',
         metavar='NETWORK',
-        help='what looks at whole images: boxes (the default), people, which makes heat maps, or '
-        'FILE.onnx; the same as --set detector.network=NETWORK',
+        help='what looks at whole images: people (the default), boxes, none, or FILE.onnx; the '
+        'same as --set detector.network=NETWORK',
     )
     add_reading_options(made, 'films: their own; folders: 30')
     add_config_options(made)
@@ -137,9 +137,9 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
     config = overridden(settings.config, options.set)
     if options.detector:
         config = replaced(config, 'detector', 'network', options.detector)
-    if config.detector.network != BOXES and not options.dask:
+    if not options.dask:
         # Before anything is written.
-        open_networks(config.detector.network)
+        open_networks(config.detector)
     several = len(options.input) > 1
     # Machines of a cluster are in other folders.
     here = Path.cwd() if options.dask else Path()

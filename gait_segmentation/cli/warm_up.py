@@ -9,14 +9,13 @@ import sys
 # Whose imports are all modules with kernels that nodes call.
 import gait_segmentation.pipeline  # noqa: F401
 from gait_segmentation.cli.tool import command_parser, run_tool
-from gait_segmentation.detector.person_masks import PersonMasks, fetch
 from gait_segmentation.kernels import compile_kernels
 
 _DESCRIPTION = """
 Compile all kernels, for up to a minute, once after each installation,
 so that no node has to when it starts.  They are kept in Numba's cache: run
 this as the user who will run the nodes, with the same NUMBA_CACHE_DIR if that
-is set.  With --people it also fetches the network of detector.network: people.
+is set.
 """
 
 _NOTES = """
@@ -24,15 +23,11 @@ exit code: 0, also if there is nothing to do; 2 after an error; 130 if
 interrupted: what was compiled until then is kept
 
 example:
-  ros2 run gait_segmentation gait_warm_up --people
+  ros2 run gait_segmentation gait_warm_up
 """
 
 
-def _run(*, people: bool) -> None:
-    if people:
-        place = fetch()
-        PersonMasks(place)
-        print(f'the network of people: {place}')
+def _run() -> None:
     compiled = compile_kernels()
     if compiled:
         print(f'kernels compiled, and kept for the next start: {compiled}')
@@ -43,11 +38,8 @@ def _run(*, people: bool) -> None:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit code."""
     parser = command_parser('gait_warm_up', _DESCRIPTION, _NOTES)
-    parser.add_argument(
-        '--people', action='store_true', help='fetch the network of people by pip, once (36 MB)'
-    )
-    options = parser.parse_args(arguments)
-    return run_tool('gait_warm_up', lambda: _run(people=options.people))
+    parser.parse_args(arguments)
+    return run_tool('gait_warm_up', _run)
 
 
 if __name__ == '__main__':

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
@@ -26,13 +27,12 @@ class SoftMask:
     P(person) of one person in a square about them.
 
     ``values`` is (n, n) uint8, 255 = certain; pixel (x, y) of the image lies at ``scale`` * (x, y)
-    + ``offset`` in it.  Outside of ``limits``, in pixels of the image, nothing is theirs.
+    + ``offset`` in it.
     """
 
     values: NDArray[np.uint8]
     scale: float
     offset: tuple[float, float]
-    limits: Box
 
     def drawn(self, window: Window, scale: float, shift: tuple[float, float]) -> NDArray[np.uint8]:
         """
@@ -54,11 +54,7 @@ class SoftMask:
         )
         height, width = size_of(window)
         how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        values = cv2.warpAffine(self.values, there, (width, height), flags=how)
-        out = np.zeros((height, width), np.uint8)
-        inside = self.limits.scaled(scale).shifted(-x, -y).slices(width, height)
-        out[inside] = values[inside]
-        return out
+        return np.asarray(cv2.warpAffine(self.values, there, (width, height), flags=how))
 
 
 @dataclass(frozen=True)
@@ -74,3 +70,25 @@ class Detection:
     score: float
     mask: SoftMask | None = None
     by_map: bool = False
+
+
+def associate(tracks: Sequence[Sequence[Box]], detections: Sequence[Detection]) -> dict[int, int]:
+    """
+    Give detections to tracks, one to one, the pairs that overlap most first.
+
+    :param tracks: the boxes in which each track may be seen, in the frame of the detections, in
+        source pixels.
+    :returns: the numbers of detections by those of tracks.
+    """
+    overlaps = sorted(
+        (
+            (-max(box.iou(detection.box) for box in boxes), track, number)
+            for track, boxes in enumerate(tracks)
+            for number, detection in enumerate(detections)
+        ),
+    )
+    pairs: dict[int, int] = {}
+    for cost, track, number in overlaps:
+        if -cost >= SAME_PERSON and track not in pairs and number not in pairs.values():
+            pairs[track] = number
+    return pairs

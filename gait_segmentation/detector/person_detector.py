@@ -1,13 +1,10 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A small network that says where people are, in this process, by OpenCV's ``dnn``."""
+"""A small network that says where people are."""
 
 from __future__ import annotations
 
-import gzip
 import math
-import threading
-import zlib
 from functools import cache
 from pathlib import Path
 
@@ -16,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.detector.detection import Detection
-from gait_segmentation.errors import DetectorError, one_line
+from gait_segmentation.detector.engine import Engine
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import check_image
 
@@ -44,16 +41,8 @@ class PersonDetector:
     """Detects people in single images; may be called by several threads."""
 
     def __init__(self, path: Path = MODEL) -> None:
-        """Load the network; DetectorError if this version of OpenCV cannot."""
-        try:
-            content = np.frombuffer(gzip.decompress(path.read_bytes()), np.uint8)
-            self._net = cv2.dnn.readNetFromONNX(content)
-        except (OSError, EOFError, zlib.error, cv2.error) as error:
-            raise DetectorError(
-                f'OpenCV {cv2.__version__} cannot load {path} ({one_line(error)}); '
-                'starting.auto_init: none does without'
-            ) from error
-        self._lock = threading.Lock()
+        """Load the network; DetectorError if it cannot be read."""
+        self._network = Engine(path)
 
     def people(self, image: NDArray[np.uint8]) -> list[Detection]:
         """
@@ -69,9 +58,7 @@ class PersonDetector:
         rows, columns = small.shape[:2]
         below, right = (max(-side % _MULTIPLE, 2 * _MULTIPLE - side) for side in (rows, columns))
         small = cv2.copyMakeBorder(small, 0, below, 0, right, cv2.BORDER_CONSTANT)
-        with self._lock:
-            self._net.setInput(cv2.dnn.blobFromImage(small, mean=_GREY))
-            logits, *sizes = self._net.forward()[0]
+        logits, *sizes = self._network(cv2.dnn.blobFromImage(small, mean=_GREY))
         # One person has one peak.
         peaks = logits == cv2.dilate(logits, np.ones((3, 3), np.uint8))
         y, x = np.nonzero(peaks & (logits > math.log(LEAST_SCORE / (1 - LEAST_SCORE))))

@@ -15,11 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.detector.detection import Detection
-from gait_segmentation.detector.networks import BOXES, DetectorConfig, Networks, open_networks
+from gait_segmentation.detector.networks import (
+    BOXES,
+    NONE,
+    DetectorConfig,
+    Networks,
+    open_networks,
+)
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.geometry import Box
 
 _NICENESS = 10
+
+_MOST_DRAWN = 5
+"""People who are drawn in one image."""
 
 
 @dataclass(frozen=True)
@@ -77,6 +86,8 @@ class DetectorScheduler:
     def reset(self) -> None:
         """Look at the next frame, whatever its stamp is."""
         self._last_ns: int | None = None
+        self._stamp_ns: int | None = None
+        self._masks = float(_MOST_DRAWN)
         self._running: Future[Detections] | None = None
         self.newest: Detections | None = None
         """The newest that say who is there, if any do, for the diagnostics."""
@@ -95,7 +106,7 @@ class DetectorScheduler:
 
         :param image: (H, W, 3) uint8 BGR; with a thread it must not be written to any more.
         :param stamp_ns: its stamp.
-        :param people: boxes of who is known in it, the most important first.
+        :param people: boxes of who is known in it, who needs a mask most first.
         :param boxes: whether it is asked who is in the image.
         :param urgent: whether somebody is missing.
         :returns: what was seen since the last call, in this frame or one before, if there was a
@@ -110,15 +121,18 @@ class DetectorScheduler:
             seen, self._running = self._running.result(), None
             if seen.people is not None or seen.error or self.newest is None:
                 self.newest = seen
+        config, networks = self._config, self._networks
+        since_s = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) / 1e9
+        self._masks = min(self._masks + config.mask_rate * since_s, _MOST_DRAWN)
+        self._stamp_ns = stamp_ns
         # Which networks a file has is known once it is loaded.
-        networks, masks, draws = self._networks, False, self._config.network != BOXES
+        draws = config.network not in (BOXES, NONE)
         if networks is not None:
-            masks = networks.masks is not None
+            masks = networks.masks is not None and self._masks >= 1 and bool(people)
             draws = masks or networks.heat_map is not None
-        urgent_too = urgent or masks
-        period_s = self._config.urgent_period if urgent_too else self._config.calm_period
+        period_s = config.urgent_period if urgent else config.calm_period
         passed = self._last_ns is None or stamp_ns - self._last_ns >= round(1e9 * period_s)
-        due = (boxes or masks) and passed
+        due = boxes and passed and config.network != NONE
         if self._blind or not (due or draws):
             return seen
         if due:
@@ -150,12 +164,13 @@ class DetectorScheduler:
         draw: bool = True,
     ) -> Detections:
         if self._networks is None:
-            self._networks = open_networks(self._config.network)
+            self._networks = open_networks(self._config)
         started, networks = self._clock(), self._networks
-        seen = tuple(networks.people(image)) if due else None
+        seen = tuple(networks.people(image)) if due and networks.people is not None else None
         drawn: tuple[Detection, ...] = ()
         if draw and networks.masks is not None:
-            seen, drawn = networks.masks.draw(image, people, seen)
+            seen, drawn = networks.masks.draw(image, people, seen, int(self._masks))
+            self._masks -= sum(each.mask is not None for each in (*(seen or ()), *drawn))
         heat_map = networks.heat_map(image) if draw and networks.heat_map is not None else None
         return Detections(stamp_ns, seen, drawn, heat_map, self._clock() - started)
 

@@ -73,7 +73,7 @@ class Sources:
         known: Sequence[Box],
         *,
         boxes: bool,
-        bodies: tuple[Sequence[Box], Sequence[Box]] | None,
+        bodies: tuple[Sequence[Box], Sequence[Box]],
         urgent: bool,
         heat_map_age: float,
     ) -> Seen:
@@ -81,21 +81,20 @@ class Sources:
         Take in a frame, and return what is said of it and of the last ones.
 
         :param image: (H, W, 3) uint8 BGR.
-        :param known: boxes of who is tracked in it, the most important first.
+        :param known: boxes of who is tracked in it, who needs a mask most first.
         :param boxes: whether it is asked who is in the image.
-        :param bodies: of who is tracked, and of who is lost, if it is asked whom a map shows.
+        :param bodies: of who is tracked, and of who is lost.
         :param urgent: whether somebody is missing.
         :param heat_map_age: up to which a heat map counts, in seconds.
         """
-        asked = boxes and self.config.auto_init == 'detector'
-        seen = self._scheduler.look(image, stamp_ns, known, boxes=asked, urgent=urgent)
+        seen = self._scheduler.look(image, stamp_ns, known, boxes=boxes, urgent=urgent)
         if seen is not None and seen.heat_map is not None:
             self.add_heat_map(seen.heat_map, seen.stamp_ns)
         heat = self._heat_maps.newest(image, stamp_ns, heat_map_age)
         source = (image.shape[0], image.shape[1])
         least = self.config.least_height * max(source)
         by_map: list[Detection] = []
-        if bodies is not None and heat is not None and heat.stamp_ns == stamp_ns:
+        if heat is not None and heat.stamp_ns == stamp_ns:
             by_map = self._regions.detect(heat, source, least, *bodies)
         if seen is None or stamp_ns - seen.stamp_ns > _LATEST_NS:
             return Seen(stamp_ns, by_map=tuple(by_map), heat=heat)

@@ -13,12 +13,6 @@ from gait_segmentation.config import StageConfig, parameter
 class StartingConfig(StageConfig):
     """Parameters of how people are found without a box."""
 
-    auto_init: str = parameter(
-        'detector',
-        'Who finds people without a box: detector = a small network, which is then asked whether '
-        'they are still there, too, and heat maps; none (or off) = nobody.',
-        choices=('detector', 'none'),
-    )
     least_height: float = parameter(
         0.078,
         'Least height of people who are found, as a share of the longer side of the image.',

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from gait_segmentation.detector.detection import PART, SAME_PERSON, Detection
+from gait_segmentation.detector.detection import PART, Detection, associate
 from gait_segmentation.detector.sources import Seen
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import LOST, TRACKED
@@ -17,28 +17,6 @@ _INSIDE = 0.7
 
 _FOUND_AGAIN = 0.6
 """Score of a detection that shows a person who is lost: something like one may be anywhere."""
-
-
-def associate(tracks: Sequence[Sequence[Box]], detections: Sequence[Detection]) -> dict[int, int]:
-    """
-    Give detections to tracks, one to one, the pairs that overlap most first.
-
-    :param tracks: the boxes in which each track may be seen, in the frame of the detections, in
-        source pixels.
-    :returns: the numbers of detections by those of tracks.
-    """
-    overlaps = sorted(
-        (
-            (-max(box.iou(detection.box) for box in boxes), track, number)
-            for track, boxes in enumerate(tracks)
-            for number, detection in enumerate(detections)
-        ),
-    )
-    pairs: dict[int, int] = {}
-    for cost, track, number in overlaps:
-        if -cost >= SAME_PERSON and track not in pairs and number not in pairs.values():
-            pairs[track] = number
-    return pairs
 
 
 def unexplained(

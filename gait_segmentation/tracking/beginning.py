@@ -7,13 +7,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from gait_segmentation.detector.detection import PART, Detection
+from gait_segmentation.detector.detection import PART, Detection, associate
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import TRACKED
 from gait_segmentation.scene.place import PlaceMemory
 from gait_segmentation.scene.scene import Scene, View
 from gait_segmentation.starting import FirstMask
-from gait_segmentation.tracking.association import associate
 from gait_segmentation.tracking.existence import Existence
 from gait_segmentation.tracking.factory import TrackFactory
 from gait_segmentation.tracking.initialization import recognized

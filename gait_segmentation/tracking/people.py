@@ -7,11 +7,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from gait_segmentation.detector.detection import SAME_PERSON, Detection
+from gait_segmentation.detector.detection import SAME_PERSON, Detection, associate
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import LOST, TRACKED
 from gait_segmentation.scene.scene import Regions, Scene, View
-from gait_segmentation.tracking.association import associate
 from gait_segmentation.tracking.life_cycle import ENDED, next_state
 from gait_segmentation.tracking.pose import WIDEST_BODY
 from gait_segmentation.tracking.tentative import Tentative, follow

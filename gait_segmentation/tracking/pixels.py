@@ -110,4 +110,5 @@ def beyond(away: NDArray[np.float32], height: float) -> NDArray[np.float32]:
     :param away: (h, w) float32, distance from the person in pixels.
     :param height: of the body in pixels.
     """
-    return np.minimum(away * np.float32(1 / (REACH * height)), np.float32(1))
+    reach = np.float32(REACH * height)
+    return np.minimum(away, reach) / reach

@@ -8,9 +8,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from gait_segmentation.detector.detection import Detection
+from gait_segmentation.detector.detection import Detection, associate
 from gait_segmentation.geometry import Box
-from gait_segmentation.tracking.association import associate
 from gait_segmentation.tracking.existence import Existence
 from gait_segmentation.tracking.track import Track
 

@@ -174,8 +174,13 @@ class Track(ABC):
         """Return how alike (0..1) the person and a first mask in some frame are."""
         return 0.0
 
+    masked_ns = 0
+    """Stamp of the frame in which a network has drawn them last, 0 for none."""
+
     def see(self, detection: Detection, stamp_ns: int) -> None:
         """Take in where a detector saw the person in the frame of a stamp, and how clearly."""
+        if detection.mask is not None:
+            self.masked_ns = stamp_ns
         if detection.score:
             share = detection.box.height / max(self.view.source)
             self.existence = self.existence.seen(detection.score, share)

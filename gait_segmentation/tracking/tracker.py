@@ -254,14 +254,13 @@ class PeopleTracker:
     def _look(self, image: NDArray[np.uint8], given: Sequence[Box]) -> Seen:
         """Have everybody look who sees people; boxes are given of who is to begin."""
         people, stamp_ns = self._people, self._stamp_ns
-        first = sorted(people.tracked, key=lambda track: track.slot is None)
-        by_map = self.starting.auto_init != 'none' or bool(people.lost) or self._given
+        first = sorted(people.tracked, key=lambda track: _need(track, stamp_ns), reverse=True)
         return self._sources.look(
             image,
             stamp_ns,
             [*given, *(track.sought_in(stamp_ns)[-1] for track in first)],
             boxes=bool(self.tracks()) or not self._given,
-            bodies=people.bodies if by_map else None,
+            bodies=people.bodies,
             urgent=people.is_missing(others=not self._given),
             heat_map_age=self.config.heat_map_age,
         )
@@ -317,3 +316,8 @@ class PeopleTracker:
         scale = self._factory.scale_for(source, self.config.working_height)
         likelihood = np.zeros(working_shape(*source, scale), np.uint8)
         return TrackResult(stamp_ns, 0, None, likelihood, 0.0)
+
+
+def _need(track: Track, stamp_ns: int) -> float:
+    """Return how much a track needs to be drawn: those with a slot twice as often."""
+    return (stamp_ns - track.masked_ns) * (0.5 if track.slot is None else 1.0)

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
-from test.networks import box_network, needs_opencv_5
+from test.networks import box_network
 
 pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
 
@@ -112,7 +112,6 @@ def test_only_the_film_of_one_has_bars(
     assert [each.split()[0] for each in said] == ['ok', 'MISS', 'ok', 'ok'][:bars]
 
 
-@needs_opencv_5
 def test_a_network_is_timed_on_each_film(
     measured: list[tuple[Any, ...]],
     tmp_path: Path,
@@ -129,7 +128,6 @@ def test_a_network_is_timed_on_each_film(
     assert len(measured) == 2
 
 
-@needs_opencv_5
 @pytest.mark.parametrize('content', [None, b'no network'])
 def test_a_network_that_cannot_be_read_is_told_at_once(
     content: bytes | None,

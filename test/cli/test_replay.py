@@ -15,12 +15,13 @@ from rosbags.typesys import Stores, get_typestore
 from gait_segmentation.cli.jobs import replay
 from gait_segmentation.cli.outputs import OUTPUTS, TABLE_COLUMNS
 from gait_segmentation.cli.replay import main, make_jobs, names_of, parser
+from gait_segmentation.detector.networks import DetectorConfig
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from test.cli.conftest import BROKEN, FRAMES
 from test.inputs.bags import stamp
-from test.networks import needs_opencv_5, red_network
+from test.networks import red_network
 from test.walkers import clip, small_bank
 
 ROOT = Path(__file__).parents[2]
@@ -30,9 +31,10 @@ def images(path: Path, topic: str) -> list[np.ndarray]:
     return list(open_input(path, topic=topic).images())
 
 
-def masks_of_pipeline(heat_maps: dict[int, np.ndarray]) -> list[np.ndarray]:
+def masks_of_pipeline(heat_maps: dict[int, np.ndarray], network: str) -> list[np.ndarray]:
     """Return what the pipeline finds in the frames, and nothing where one cannot be read."""
-    pipeline = Pipeline(bank=small_bank())
+    config = PipelineConfig(detector=DetectorConfig(network=network))
+    pipeline = Pipeline(config, small_bank())
     pipeline.initialize(clip()[0].boxes[0])
     found = []
     for index, frame in enumerate(clip()[:FRAMES]):
@@ -45,11 +47,11 @@ def masks_of_pipeline(heat_maps: dict[int, np.ndarray]) -> list[np.ndarray]:
     return found
 
 
-@pytest.mark.parametrize('maps', ['none', 'folder', pytest.param('network', marks=needs_opencv_5)])
+@pytest.mark.parametrize('maps', ['none', 'folder', 'network'])
 def test_every_frame_has_the_pipelines_results(
     maps: str, given: list[str], tmp_path: Path, monkeypatch, capsys
 ) -> None:
-    folder, more, heat_maps = tmp_path / 'maps', [], {}
+    folder, more, heat_maps, network = tmp_path / 'maps', [], {}, 'people'
     if maps == 'folder':
         folder.mkdir()
         for index, frame in enumerate(clip()[:FRAMES]):
@@ -61,10 +63,11 @@ def test_every_frame_has_the_pipelines_results(
         more = ['--heat-map', str(folder)]
     elif maps == 'network':
         heat_maps = {n: each.image[..., 2] for n, each in enumerate(clip()[:FRAMES])}
+        network = 'boxes'
         more = ['--detector', str(red_network(tmp_path, clip()[0].image.shape))]
     assert main([*given, *more]) == 0
     found = images(tmp_path / 'out/walk', '/mask')
-    expected = masks_of_pipeline(heat_maps)
+    expected = masks_of_pipeline(heat_maps, network)
     np.testing.assert_array_equal([image[:, :, 0] for image in found], expected)
     said = capsys.readouterr().err
     assert ('the heat map of frame 2 is left out' in said) == (maps == 'folder')

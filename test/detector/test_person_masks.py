@@ -1,8 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-import hashlib
-import subprocess
-import zipfile
 from pathlib import Path
 
 import cv2
@@ -11,33 +8,26 @@ import pytest
 
 from gait_segmentation.detector import person_masks
 from gait_segmentation.detector.detection import Detection
-from gait_segmentation.detector.person_masks import PersonMasks, fetch, network_file
-from gait_segmentation.errors import DetectorError
+from gait_segmentation.detector.person_masks import PersonMasks
 from gait_segmentation.geometry import Box
 
 SIZE = 300
 
+# A woman walks past a building; below is her silhouette.
+PICTURE = cv2.imread(str(Path(__file__).parents[2] / 'docs/images/demo.webp'))[:212]
+WOMAN = Box(491, 27, 45, 164)
 
-class Red:
+
+def red(blob):
     """A network that takes for a person what is red."""
-
-    def __init__(self, path):
-        assert Path(path).read_bytes() == b'network'
-
-    def setInput(self, blob):  # noqa: N802
-        assert blob.shape == (1, 3, 256, 256)
-        self.seen = blob
-
-    def forward(self, name):
-        assert name == 'Identity_2'
-        return 2000 * (self.seen[:, :1] - 0.5)
+    assert blob.shape == (1, 3, 256, 256)
+    return 8 * (blob[0, 2:] - 127.5)
 
 
 @pytest.fixture
-def drawer(tmp_path, monkeypatch):
-    monkeypatch.setattr(cv2.dnn, 'readNetFromTFLite', Red, raising=False)
-    (tmp_path / 'net.tflite').write_bytes(b'network')
-    return PersonMasks(tmp_path / 'net.tflite')
+def drawer(monkeypatch):
+    monkeypatch.setattr(person_masks, 'Engine', lambda path: red)
+    return PersonMasks()
 
 
 def scene(*boxes):
@@ -62,7 +52,7 @@ def overlap(person, box, scale=1.0, shift=(0.0, 0.0)):
 def test_everybody_who_is_seen_is_drawn_where_they_are(drawer, scale, shift):
     # One reaches over the border.
     boxes = Box(20, 60, 40, 120), Box(150, 100, 60, 180), Box(270, 10, 60, 80)
-    seen, drawn = drawer.draw(scene(*boxes), (), [Detection(each, 0.9) for each in boxes])
+    seen, drawn = drawer.draw(scene(*boxes), (), [Detection(each, 0.9) for each in boxes], 5)
     assert drawn == ()
     for person, box in zip(seen, boxes, strict=True):
         assert person.box == box
@@ -71,20 +61,20 @@ def test_everybody_who_is_seen_is_drawn_where_they_are(drawer, scale, shift):
 
 def test_each_has_a_mask_of_their_own_and_no_more_than_is_about_their_box(drawer):
     own, other = Box(20, 60, 40, 120), Box(120, 60, 40, 120)
-    seen, _ = drawer.draw(scene(own, other), (), [Detection(own, 0.9), Detection(other, 0.9)])
+    seen, _ = drawer.draw(scene(own, other), (), [Detection(own, 0.9), Detection(other, 0.9)], 5)
     for person, box in zip(seen, (own, other), strict=True):
         assert overlap(person, box) > 0.9
 
 
 def test_who_is_known_is_drawn_whether_they_are_seen_or_not(drawer):
     box, off = Box(60, 60, 40, 120), Box(66, 63, 40, 120)
-    _, (person,) = drawer.draw(scene(box), [off], None)
+    _, (person,) = drawer.draw(scene(box), [off], None, 5)
     assert (person.score, person.box.iou(box)) == (0.0, pytest.approx(1, abs=0.1))
     assert overlap(person, box) > 0.9
     # The box of the mask is no better if there is hardly anything in it.
-    _, (person,) = drawer.draw(scene(), [off], [])
+    _, (person,) = drawer.draw(scene(), [off], [], 5)
     assert person.box == off
-    (person,), drawn = drawer.draw(scene(box), [off], [Detection(box, 0.3)])
+    (person,), drawn = drawer.draw(scene(box), [off], [Detection(box, 0.3)], 5)
     assert (drawn, person.box) == ((), box)
     assert person.mask is not None
 
@@ -92,53 +82,25 @@ def test_who_is_known_is_drawn_whether_they_are_seen_or_not(drawer):
 @pytest.mark.parametrize(('score', 'is_drawn'), [(0.3, False), (0.5, True)])
 def test_who_is_new_must_be_seen_clearly(drawer, score, is_drawn):
     box = Box(20, 60, 40, 120)
-    (person,), _ = drawer.draw(scene(box), (), [Detection(box, score)])
+    (person,), _ = drawer.draw(scene(box), (), [Detection(box, score)], 5)
     assert (person.mask is not None) == is_drawn
 
 
-def test_only_so_many_are_drawn_those_who_are_known_first(drawer):
-    boxes = [Box(10 + 40 * k, 60, 30, 120) for k in range(7)]
-    known, rest = boxes[:4], [Detection(each, 0.9) for each in boxes[4:]]
-    seen, drawn = drawer.draw(scene(*boxes), known, rest)
-    assert len(drawn) == 4
-    assert [each.mask is not None for each in seen] == [True, False, False]
+@pytest.mark.parametrize(
+    ('most', 'new', 'known'), [(9, [True, True], 3), (4, [True, True], 2), (1, [False, True], 0)]
+)
+def test_only_so_many_are_drawn_those_first_who_are_new(drawer, most, new, known):
+    boxes = [Box(10 + 50 * k, 60, 30, 120) for k in range(5)]
+    rest = [Detection(boxes[3], 0.8), Detection(boxes[4], 0.9)]
+    seen, drawn = drawer.draw(scene(*boxes), boxes[:3], rest, most)
+    assert [each.mask is not None for each in seen] == new
+    assert [each.box.iou(box) > 0.8 for each, box in zip(drawn, boxes, strict=False)] == (
+        [True] * known
+    )
 
 
-def test_without_the_network_it_is_said_how_to_get_it(tmp_path, monkeypatch):
-    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
-    with pytest.raises(DetectorError, match=r'is missing: gait_warm_up --people'):
-        PersonMasks()
-    (tmp_path / 'gait_segmentation').mkdir()
-    network_file().write_text('no network')
-    with pytest.raises(DetectorError, match='cannot load'):
-        PersonMasks()
-
-
-def test_it_is_fetched_once_and_only_if_it_is_the_one(tmp_path, monkeypatch):
-    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path))
-    asked = []
-
-    def run(command, **_):
-        asked.append(command)
-        if len(asked) == 1:
-            return subprocess.CompletedProcess(command, 1, '', 'warning\nno network here\n')
-        folder = Path(command[command.index('--dest') + 1])
-        with zipfile.ZipFile(folder / 'mediapipe-0.10.14.whl', 'w') as wheel:
-            wheel.writestr(person_masks._MEMBER, b'text' if len(asked) == 2 else b'network')
-        return subprocess.CompletedProcess(command, 0, '', '')
-
-    monkeypatch.setattr(subprocess, 'run', run)
-
-    digest = hashlib.sha256(b'network').hexdigest()
-    monkeypatch.setattr(person_masks, '_SHA256', digest)
-    with pytest.raises(
-        DetectorError, match=r'pip cannot fetch mediapipe==0\.10\.14: no network here'
-    ):
-        fetch()
-    with pytest.raises(DetectorError, match='is not what was expected'):
-        fetch()
-    assert not network_file().exists()
-    assert fetch() == fetch() == network_file()
-    assert network_file().read_bytes() == b'network'
-    assert len(asked) == 3
-    assert [each.name for each in network_file().parent.iterdir()] == [network_file().name]
+def test_the_network_draws_a_person_and_nothing_else():
+    (person,), _ = PersonMasks().draw(PICTURE, (), [Detection(WOMAN, 0.9)], 1)
+    found = person.mask.drawn((slice(0, 212), slice(0, 560)), 1.0, (0.0, 0.0)) > 127
+    assert Box.around(found).iou(WOMAN) > 0.7
+    assert 0.2 < found.sum() / (WOMAN.width * WOMAN.height) < 0.7

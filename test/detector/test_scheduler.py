@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.detector import scheduler as module
-from gait_segmentation.detector.detection import Detection
+from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.detector.networks import DetectorConfig, Networks
 from gait_segmentation.detector.scheduler import DetectorScheduler
 from gait_segmentation.errors import DetectorError
@@ -14,6 +14,7 @@ from gait_segmentation.geometry import Box
 
 IMAGE = np.zeros((4, 4, 3), np.uint8)
 SOMEBODY = Detection(Box(1, 1, 2, 2), 0.9)
+MASK = SoftMask(np.zeros((2, 2), np.uint8), 1.0, (0.0, 0.0))
 DETECTOR = Networks(lambda image: [SOMEBODY])
 
 
@@ -23,9 +24,9 @@ class Masks:
     def __init__(self):
         self.asked = []
 
-    def draw(self, image, people, seen):
+    def draw(self, image, people, seen, most):
         self.asked.append((tuple(people), seen))
-        return seen, tuple(Detection(box, 0.0) for box in people)
+        return seen, tuple(Detection(box, 0.0, MASK) for box in people[:most])
 
 
 def looks(scheduler, period_ms=40, frames=50, **asked):
@@ -60,13 +61,21 @@ def test_a_map_is_made_of_every_frame():
     assert all(each.heat_map.shape == (4, 4) and each.people is None for each in seen.values())
 
 
-def test_people_are_drawn_in_every_frame_and_looked_for_in_some():
-    masks, box = Masks(), Box(1, 1, 2, 3)
-    scheduler = DetectorScheduler(networks=DETECTOR._replace(masks=masks))
-    seen = looks(scheduler, boxes=False, urgent=False, people=[box])
-    assert [number for number, each in seen.items() if each.people][:3] == [0, 3, 6]
-    assert masks.asked[:2] == [((box,), (SOMEBODY,)), ((box,), None)]
-    assert all(each.drawn == (Detection(box, 0.0),) for each in seen.values())
+@pytest.mark.parametrize(('rate', 'people'), [(25.0, 1), (12.5, 1), (25.0, 2), (10.0, 4)])
+def test_only_so_many_masks_are_drawn_in_a_second(rate, people):
+    masks, boxes = Masks(), [Box(1, 1, 2, 3)] * people
+    config = DetectorConfig(mask_rate=rate)
+    scheduler = DetectorScheduler(config, DETECTOR._replace(masks=masks))
+    seen = looks(scheduler, boxes=False, urgent=False, people=boxes)
+    numbers = [len(seen[number].drawn) if number in seen else 0 for number in range(50)]
+    # Those of one image may be drawn ahead.
+    assert numbers[0] == people
+    assert 0 <= sum(numbers) - rate * 49 * 0.04 <= 5
+
+
+def test_no_network_looks_at_nothing(monkeypatch):
+    monkeypatch.setattr(module, 'open_networks', lambda config: pytest.fail('it was loaded'))
+    assert not looks(DetectorScheduler(DetectorConfig(network='none')), urgent=True)
 
 
 def test_after_a_reset_the_next_frame_is_looked_at_whatever_its_stamp():
@@ -131,7 +140,7 @@ def test_in_a_thread_people_are_told_before_they_are_drawn():
 def test_a_network_loaded_at_the_first_look_draws_whom_it_sees_then(monkeypatch):
     masks = Masks()
     made = DETECTOR._replace(masks=masks)
-    monkeypatch.setattr(module, 'open_networks', lambda name: made)
+    monkeypatch.setattr(module, 'open_networks', lambda config: made)
     seen = looks(DetectorScheduler(DetectorConfig(network='people')), boxes=True, urgent=False)
     assert seen[0].people == (SOMEBODY,)
     assert masks.asked[0] == ((), (SOMEBODY,))

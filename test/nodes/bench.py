@@ -106,7 +106,7 @@ class Bench:
             parameters.setdefault('bank', str(self._bank_file))
         if kind.__name__ in ('TrackerNode', 'PipelineNode'):
             # What comes of a thread of its own is not the same every time.
-            parameters.setdefault('starting.auto_init', 'none')
+            parameters.setdefault('detector.network', 'none')
         overrides = [Parameter(name, value=value) for name, value in parameters.items()]
         node = kind(context=self.context, parameter_overrides=overrides)
         self.nodes.append(node)

@@ -13,12 +13,12 @@ from geometry_msgs.msg import PolygonInstanceStamped
 from sensor_msgs.msg import Image, RegionOfInterest
 from std_srvs.srv import Trigger
 
+from gait_segmentation.detector.networks import DetectorConfig
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.ros.messages import image_message
-from gait_segmentation.starting import StartingConfig
 from gait_segmentation.streams.fields import GAIT_NAMES, TEMPLATE_NAMES, read_box, stamp_of
 from test.nodes.bench import CAMERAS, OUTPUTS, STYLES, Bench, frame, header
 from test.state import differences, remembered
@@ -211,7 +211,7 @@ def test_nodes_find_what_the_stages_find_again_in_a_bag_that_loops_and_keep_noth
         first, again = messages[: len(frames)], messages[len(frames) :]
         assert [told(each) for each in first] == [told(each) for each in again], topic
     # The nodes have no detector here.
-    config = PipelineConfig(starting=StartingConfig(auto_init='none'))
+    config = PipelineConfig(detector=DetectorConfig(network='none'))
     pipeline = Pipeline(config, small_bank())
     pipeline.initialize(box)
     for index, (each, message) in enumerate(zip(frames, bench.received['mask'], strict=False)):

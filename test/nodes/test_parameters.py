@@ -14,7 +14,6 @@ from gait_segmentation.errors import ConfigError
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.people import PeopleConfig
-from gait_segmentation.starting import StartingConfig
 from gait_segmentation.streams.config import NodeConfig
 from gait_segmentation.tracking import TrackingConfig
 from test.nodes.bench import Bench
@@ -71,14 +70,6 @@ def test_first_values_that_are_not_allowed_are_refused(
     with pytest.raises(ConfigError) as caught:
         bench.add(TrackerNode, start=False, **{name: value})
     assert reason in str(caught.value)
-
-
-def test_off_which_yaml_reads_as_false_switches_the_search_for_walkers_off(bench: Bench) -> None:
-    node = bench.add(TrackerNode, start=False, **{'starting.auto_init': False})
-    for _ in range(2):
-        assert shown(node, 'starting.auto_init') == (ParameterType.PARAMETER_STRING, 'none')
-        assert node.parameters.get(StartingConfig).auto_init == 'none'
-        assert put(node, 'starting.auto_init', False) == ''
 
 
 def test_switches_of_mechanisms_are_parameters_where_a_file_sets_them(bench: Bench) -> None:

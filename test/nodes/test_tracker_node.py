@@ -255,7 +255,7 @@ def test_detections_start_tracks_of_new_people_and_tracks_go_out(
 
 
 def test_heat_maps_start_tracks(bench: Bench) -> None:
-    node = bench.add(TrackerNode, **{'starting.auto_init': 'detector'})
+    node = bench.add(TrackerNode)
     bench.record_outputs('person_0/box')
     camera = bench.publisher(Image, 'image', 1)
     maps = bench.publisher(Image, 'heat_map', 1, BEST_EFFORT)
@@ -281,7 +281,7 @@ def test_the_detector_looks_beside_the_frames(bench: Bench, monkeypatch) -> None
         return [] if figure is None else [Detection(figure, 0.9)]
 
     monkeypatch.setattr(scheduler, 'open_networks', lambda name: Networks(people))
-    node = bench.add(TrackerNode, **{'starting.auto_init': 'detector'})
+    node = bench.add(TrackerNode, **{'detector.network': 'boxes'})
     bench.record_outputs('person_0/box')
     camera = bench.publisher(Image, 'image', 1)
     for index in range(30):

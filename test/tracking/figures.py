@@ -16,7 +16,6 @@ from gait_segmentation.detector.networks import DetectorConfig, Networks
 from gait_segmentation.detector.scheduler import DetectorScheduler
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import Feedback, TrackResult
-from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
 from test.walkers import small_bank
 
@@ -106,14 +105,14 @@ def picture(
 
 def blind() -> DetectorScheduler:
     """Return a detector that never sees anybody."""
-    return DetectorScheduler(networks=Networks(lambda image: []))
+    return DetectorScheduler(DetectorConfig(network='none'))
 
 
 def watched(boxes: list[Box], slots: int = 1, period: float = 0.02, **tracking) -> 'Told':
     """Return a tracker with a detector that looks so often, and sees what is in a list."""
     config = DetectorConfig(calm_period=period, urgent_period=period)
     networks = Networks(lambda image: [Detection(box, 0.9) for box in boxes])
-    return Told(slots, 'detector', scheduler=DetectorScheduler(config, networks), **tracking)
+    return Told(slots, scheduler=DetectorScheduler(config, networks), **tracking)
 
 
 class Told:
@@ -122,7 +121,6 @@ class Told:
     def __init__(
         self,
         slots: int = 1,
-        auto: str = 'none',
         late: int = 0,
         scheduler: DetectorScheduler | None = None,
         **tracking,
@@ -131,8 +129,7 @@ class Told:
             small_bank(),
             TrackingConfig(**tracking),
             max_people=slots,
-            starting=StartingConfig(auto_init=auto),
-            scheduler=scheduler,
+            scheduler=scheduler or blind(),
         )
         self.frames = 0
         self._late, self._waiting = late, deque[list[Feedback]]()

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import pytest
 
-from gait_segmentation.detector.detection import Detection
+from gait_segmentation.detector.detection import Detection, associate
 from gait_segmentation.geometry import Box
-from gait_segmentation.tracking.association import associate, unexplained
+from gait_segmentation.tracking.association import unexplained
 
 OWN, OTHER = Box(50, 50, 40, 100), Box(150, 50, 40, 100)
 

@@ -6,7 +6,7 @@ import pytest
 from gait_segmentation.geometry import Box
 from gait_segmentation.tracking import people
 from gait_segmentation.tracking.track import Track
-from test.tracking.figures import BLUE, GREEN, RED, Figure, Told, blind, picture, watched
+from test.tracking.figures import BLUE, GREEN, RED, Figure, Told, picture, watched
 
 STAYS = Figure(120)
 
@@ -61,7 +61,7 @@ def test_they_are_followed_while_they_are_near_and_the_map_shows_them() -> None:
 
 
 def test_whom_a_map_shows_in_a_box_that_is_given_is_no_bystander() -> None:
-    told = Told(1, 'detector', scheduler=blind())
+    told = Told()
     told.start(STAYS)
     for _ in range(3):
         taken(told)

@@ -6,7 +6,7 @@ from gait_segmentation.detector.detection import Detection
 from gait_segmentation.detector.networks import Networks
 from gait_segmentation.detector.scheduler import Detections, DetectorScheduler
 from gait_segmentation.tracking.existence import CERTAIN, Existence
-from test.tracking.figures import Figure, Told, picture, walk
+from test.tracking.figures import Figure, Told, walk
 
 TALL, SMALL = 0.4, 0.1
 S = 10**9
@@ -120,9 +120,7 @@ class Network:
 
 def told(slots=1):
     network = Network()
-    return Told(
-        slots, 'detector', scheduler=DetectorScheduler(networks=Networks(network))
-    ), network
+    return Told(slots, scheduler=DetectorScheduler(networks=Networks(network))), network
 
 
 def test_who_is_seen_is_tracked_and_followed():
@@ -172,13 +170,6 @@ def test_after_a_reset_people_are_found_again_though_boxes_were_given():
     assert [track.show(Figure(60))[0].state for _ in range(3)][-1] == 'tracked'
 
 
-def test_without_a_detector_nothing_is_asked():
-    scheduler = DetectorScheduler(networks=Networks(lambda image: pytest.fail('it was')))
-    track = Told(1, 'none', scheduler=scheduler)
-    for _ in range(3):
-        track.see(*picture([]))
-
-
 class Late(DetectorScheduler):
     """Says so many frames later what was there."""
 
@@ -196,7 +187,7 @@ class Late(DetectorScheduler):
 @pytest.mark.parametrize(('frames', 'found'), [(0, True), (8, True), (20, False)])
 def test_what_is_said_late_is_of_where_people_were_then(frames, found):
     scheduler = Late(frames)
-    track = Told(2, 'detector', scheduler=scheduler)
+    track = Told(2, scheduler=scheduler)
     for figure in walk(Figure(60), 60):
         scheduler.see(figure, track.stamp_ns)
         results = track.show(figure)
@@ -207,7 +198,7 @@ def test_what_is_said_late_is_of_where_people_were_then(frames, found):
     assert states == ['tracked', 'empty']
     assert results[0].track_id == 1
     assert not track.tracker.tracks()[0].existence.missed
-    unknown = Told(1, 'detector', scheduler=scheduler)
+    unknown = Told(1, scheduler=scheduler)
     scheduler._seen.clear()
     for _ in range(30):
         scheduler.see(Figure(60), unknown.stamp_ns)

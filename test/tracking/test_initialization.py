@@ -22,7 +22,6 @@ from test.tracking.figures import (
     WIDTH,
     Figure,
     Told,
-    blind,
     ids,
     picture,
     walk,
@@ -50,14 +49,13 @@ def test_nobody_is_looked_for_once_boxes_are_given_until_a_reset() -> None:
     assert ids(told.show(*figures)) == [4, 0]
 
 
-@pytest.mark.parametrize('auto', ['none', 'detector'])
-def test_a_box_starts_before_what_the_camera_has_seen(auto: str) -> None:
+def test_a_box_starts_before_what_the_camera_has_seen() -> None:
     board, figure = (75, 125), Figure(60)
     image, (mask,) = picture([figure], boards=[board])
     box = Box.around(mask)
 
     def first_mask(frames: int) -> np.ndarray:
-        told = Told(1, auto, scheduler=blind())
+        told = Told()
         for _ in range(frames):
             told.show(boards=[board])
         told.tracker.initialize(Box(box.x, box.y, board[1] - box.x, box.height))
@@ -108,7 +106,7 @@ def test_the_slot_of_somebody_who_is_lost_waits_for_them() -> None:
 def test_a_lost_person_is_found_in_a_map_though_a_box_was_given(
     coat: tuple[int, int, int], found: bool
 ) -> None:
-    told = Told(1, 'none', patience=10.0)
+    told = Told(patience=10.0)
     told.follow(walk(Figure(60), 12))
     for _ in range(30):
         (result,) = told.show(boards=[(0, WIDTH)])
@@ -147,7 +145,7 @@ def test_who_can_hardly_have_come_so_far_must_look_the_more_alike(
 
 
 def test_people_are_found_in_the_heat_map_of_a_frame_and_not_in_a_late_one() -> None:
-    told, (image, _) = Told(1, 'detector', scheduler=blind()), picture([])
+    told, (image, _) = Told(), picture([])
     template, heat = small_bank().templates[0, 0], np.zeros(image.shape[:2], np.uint8)
     heat[40 : 40 + template.shape[0], 100 : 100 + template.shape[1]] = template
     image[heat > 127] = GREEN
@@ -194,7 +192,7 @@ def test_the_first_mask_is_as_a_map_shows_it_that_fills_the_box(
 
 
 def test_a_map_that_found_somebody_is_their_first_mask() -> None:
-    told = Told(auto='detector', scheduler=blind())
+    told = Told()
     image, (own,) = picture([Figure(120)])
     faint = own.copy()
     faint[95:] //= 4

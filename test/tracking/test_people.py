@@ -54,10 +54,14 @@ class Masks:
 
     def _mask(self, box: Box) -> SoftMask:
         nearest = max(self.figures, key=lambda figure: figure.box.iou(box))
-        return SoftMask(nearest.mask(), 1.0, (0.0, 0.0), box.padded(20, 20))
+        return SoftMask(nearest.mask(), 1.0, (0.0, 0.0))
 
     def draw(
-        self, image: np.ndarray, people: Sequence[Box], seen: Sequence[Detection] | None
+        self,
+        image: np.ndarray,
+        people: Sequence[Box],
+        seen: Sequence[Detection] | None,
+        most: int,
     ) -> tuple[tuple[Detection, ...] | None, tuple[Detection, ...]]:
         drawn = tuple(Detection(box, 0.0, self._mask(box)) for box in people)
         found = seen and tuple(
@@ -71,7 +75,7 @@ def test_the_mask_of_one_person_is_evidence_for_them_alone() -> None:
     networks = Networks(
         lambda image: [Detection(each.box, 0.9) for each in figures], Masks(figures)
     )
-    told = Told(2, 'detector', scheduler=DetectorScheduler(EVERY, networks))
+    told = Told(2, scheduler=DetectorScheduler(EVERY, networks))
     image, shown = picture(figures)
     results = told.tracker.update(image, told.stamp_ns)
     for result in results:
@@ -84,7 +88,7 @@ def test_the_mask_of_one_person_is_evidence_for_them_alone() -> None:
 def test_a_box_that_is_given_begins_with_the_mask_of_who_is_in_it() -> None:
     figure = Figure(120, RED)
     networks = Networks(lambda image: [], Masks([figure]))
-    told = Told(1, 'detector', scheduler=DetectorScheduler(EVERY, networks))
+    told = Told(1, scheduler=DetectorScheduler(EVERY, networks))
     # A board in their colours goes on from them.
     image, (own,) = picture([figure])
     board = np.zeros_like(own)

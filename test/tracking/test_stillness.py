@@ -66,7 +66,7 @@ def test_a_picture_that_is_repeated_says_nothing_of_motion():
 def seen_by_a_detector(*figures, score=0.7):
     """Return what is said of a figure in each frame, which a detector sees."""
     network = Networks(lambda image: [Detection(figure.box, score)])
-    track, results = Told(1, 'detector', scheduler=DetectorScheduler(networks=network)), []
+    track, results = Told(1, scheduler=DetectorScheduler(networks=network)), []
     for number, figure in enumerate(figures):
         image, masks = picture([figure])
         results += track.see(noisy(image, number), masks)

@@ -9,9 +9,8 @@ import pytest
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
-from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
-from test.tracking.figures import BLUE, GREEN, STEP_NS, Figure, Told, ids
+from test.tracking.figures import BLUE, GREEN, STEP_NS, Figure, Told, blind, ids
 from test.walkers import box_of, clip, small_bank
 
 
@@ -19,9 +18,7 @@ class Tracker:
     """A tracker of one slot."""
 
     def __init__(self, **changes) -> None:
-        self.people = PeopleTracker(
-            small_bank(), TrackingConfig(**changes), starting=StartingConfig(auto_init='none')
-        )
+        self.people = PeopleTracker(small_bank(), TrackingConfig(**changes), scheduler=blind())
         self.initialize, self.reset = self.people.initialize, self.people.reset
 
     def update(self, image: np.ndarray, stamp_ns: int) -> TrackResult:

@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 
 from gait_segmentation.heat_maps import own_regions
 from gait_segmentation.images import count_likely, distance_from, shifted_part
-from gait_segmentation.scene.scene import ShownHeat
+from gait_segmentation.scene.scene import Shift, ShownHeat
 from gait_segmentation.tracking.cues import Cue, CueInput, Evidence
 from gait_segmentation.tracking.pixels import beyond
+from gait_segmentation.tracking.state import State
 
 _WRONG = 0.03
 """Probability that a map is wrong though it is certain, which limits the evidence."""
@@ -35,7 +36,10 @@ _ONE, _TWO = 1.25, 1.75
 """Area of a region, over that of the person, up to which it is one's and from which several'."""
 
 _CHANGE = 0.03
-"""How far a body may have changed in each frame that a map is old, in body heights."""
+"""How far off a map may be for each frame that it is old, in body heights."""
+
+_LEAST_FLOW_PX = 24
+"""Shorter side of a window in which limbs can be followed, in pixels."""
 
 
 class HeatMapCue(Cue):
@@ -45,12 +49,26 @@ class HeatMapCue(Cue):
     """Share of the person that the last map showed."""
 
     def evidence(self, given: CueInput) -> Evidence | None:
-        """Return the evidence of the frame's map, see :meth:`Cue.evidence`."""
-        height, heat = given.pose.height, _values(given)
-        if heat is None:
+        """Return the evidence of the last mask and the map, see :meth:`Cue.evidence`."""
+        told = [each for each in (_mask(given), _map(given)) if each is not None]
+        if not told:
             return None
-        values, frames, trust = heat
+        first, *rest = (self._evidence(given, *each) for each in told)
+        return Evidence(sum(rest, start=first))
+
+    def _evidence(
+        self, given: CueInput, heat: ShownHeat, state: State, moved: Shift
+    ) -> NDArray[np.float32]:
+        """
+        Return log-likelihood ratios of the window's pixels, (h, w) float32.
+
+        :param heat: a map of the window.
+        :param state: that of the frame it was made of.
+        :param moved: how far the body went since.
+        """
+        (values, frames, trust), height = heat, given.pose.height
         if frames:
+            values = _carried(values, given, state, moved)
             side = 2 * round(_CHANGE * frames * height) + 1
             values = np.asarray(cv2.blur(values, (side, side)))
         own = own_regions(values, given.expected)
@@ -65,22 +83,49 @@ class HeatMapCue(Cue):
             # Then only what is where the person is expected need be theirs.
             away = beyond(distance_from(given.expected > 127), height / 2)
             found *= np.where(found > 0, 1 - several * away, 1)
-        return Evidence(found)
+        return found
 
 
-def _values(given: CueInput) -> ShownHeat | None:
-    """Return what counts in the window: what was drawn of this person alone, else the heat map."""
-    if given.drawn is not None:
-        mask, state = given.drawn
-        then_ns = state.frame.image.stamp_ns
-        frames = sum(each.frame.image.stamp_ns > then_ns for each in given.states)
-        values = mask.drawn(given.window, given.view.scale, given.moved(state))
-        return ShownHeat(values, frames, 1.0)
+def _mask(given: CueInput) -> tuple[ShownHeat, State, Shift] | None:
+    """Return what a network has drawn of this person alone."""
+    if given.drawn is None:
+        return None
+    mask, state = given.drawn
+    then_ns, moved = state.frame.image.stamp_ns, given.moved(state)
+    frames = sum(each.frame.image.stamp_ns > then_ns for each in given.states)
+    return ShownHeat(mask.drawn(given.window, given.view.scale, moved), frames, 1.0), state, moved
+
+
+def _map(given: CueInput) -> tuple[ShownHeat, State, Shift] | None:
+    """Return what a heat map shows in the window."""
     heat = given.view.heat
     if heat is None or not heat.trust:
         return None
-    dx, dy = given.moved(given.states[max(-1 - heat.frames, -len(given.states))])
-    return heat._replace(values=shifted_part(heat.values, round(dx), round(dy), given.window))
+    state = given.states[max(-1 - heat.frames, -len(given.states))]
+    x, y = moved = given.moved(state)
+    values = shifted_part(heat.values, round(x), round(y), given.window)
+    return heat._replace(values=values), state, moved
+
+
+def _carried(
+    values: NDArray[np.uint8], given: CueInput, state: State, moved: Shift
+) -> NDArray[np.uint8]:
+    """
+    Return a map of an earlier frame as what it shows has moved since, by optical flow.
+
+    :param values: (h, w) uint8 of the window, gone along with the body.
+    """
+    if min(values.shape) < _LEAST_FLOW_PX:
+        return values
+    x, y = moved
+    then = shifted_part(state.frame.image.gray, round(x), round(y), given.window)
+    now = given.view.now.image.gray[given.window]
+    flow = cv2.DISOpticalFlow.create(cv2.DISOPTICAL_FLOW_PRESET_MEDIUM).calc(
+        np.ascontiguousarray(now), np.ascontiguousarray(then), None
+    )
+    rows, columns = np.indices(values.shape, np.float32)
+    x_then, y_then = columns + flow[..., 0], rows + flow[..., 1]
+    return np.asarray(cv2.remap(values, x_then, y_then, cv2.INTER_LINEAR))
 
 
 def covered(shown: float) -> float:

@@ -94,12 +94,12 @@ def test_a_table_of_what_mechanisms_are_worth_is_written(pipeline, folder, tmp_p
 
 
 def test_boxes_are_given_or_not_and_what_is_set_stays(made, folder):
-    alone = ['--set', 'starting.auto_init=none']
+    alone = ['--set', 'detector.network=none']
     two = ['--init', 'auto', '--set', 'people.max_people=2']
     for options in ([], alone, ['--init', 'auto'], two):
         assert main([str(folder), *options]) == 0
     assert [each.box is None for each in made] == [False, False, True, True]
-    assert [each.config.starting.auto_init == 'none' for each in made] == [
+    assert [each.config.detector.network == 'none' for each in made] == [
         False,
         True,
         False,

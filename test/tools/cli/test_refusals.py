@@ -51,7 +51,11 @@ REFUSED = [
     ('demo', '--box 1 1 9 9', 'give --clip'),
     ('demo', '--clip walk/frames --box 99 1 9 9', 'not lie outside of the image'),
     ('demo', '--clip walk/frames --rate -1', 'rate must be 0, or from 0.01 to 1000 Hz'),
-    ('demo', '--detector mediapipe', "must be boxes, people or a file FILE.onnx, got 'mediapipe'"),
+    (
+        'demo',
+        '--detector me',
+        "must be people, boxes, none or a file FILE.onnx, got 'me'",
+    ),
     ('demo', '--clip walk/frames --out letter', 'nothing can be written'),
     ('demo', '--clip walk/frames --box 1 1 9 9 --out walk/frames', 'lies in the input'),
     ('demo', '--clip walk/frames --box 1 1 9 9 --out mine', 'was not made by gait_demo'),

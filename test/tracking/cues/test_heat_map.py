@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -16,25 +17,40 @@ WINDOW = (slice(10, 110), slice(30, 190))
 HEIGHT = 72.0
 
 
-def body(dx: int = 0, dy: int = 0) -> np.ndarray:
-    """Return somebody of 72 pixels: a head, a trunk and a leg put forward."""
+def body(dx: int = 0, dy: int = 0, legs: int = 0) -> np.ndarray:
+    """Return somebody of 72 pixels: a head, a trunk, and a leg put forward, or more."""
     mask = np.zeros(SHAPE, np.uint8)
     for top, bottom, left, right in ((24, 36, 74, 86), (36, 66, 70, 90), (66, 96, 66, 78)):
         mask[top + dy : bottom + dy, left + dx : right + dx] = 255
-    mask[66 + dy : 96 + dy, 84 + dx : 96 + dx] = 255
+    mask[66 + dy : 96 + dy, 84 + dx + legs : 96 + dx + legs] = 255
     return mask
+
+
+def seen(mask: np.ndarray) -> SimpleNamespace:
+    """Return a frame of a person who is as bright as the place is dark."""
+    noise = np.random.default_rng(5).integers(0, 120, SHAPE, np.uint8)
+    gray = cv2.GaussianBlur(np.where(mask > 0, 130 + noise, noise // 2), (3, 3), 0)
+    return SimpleNamespace(image=SimpleNamespace(gray=gray))
 
 
 PERSON, OTHER = body() > 0, body(80) > 0
 
 
 def evidence(
-    heat: np.ndarray | None, trust: float = 1.0, age: int = 0, moved: tuple[int, int] = (0, 0)
+    heat: np.ndarray | None,
+    trust: float = 1.0,
+    age: int = 0,
+    moved: tuple[int, int] = (0, 0),
+    legs: int = 0,
 ) -> np.ndarray | None:
-    """Return what a map, so many frames old, says of somebody who moved since, in the image."""
-    frame = SimpleNamespace()
+    """
+    Return what a map, so many frames old, says of somebody in the image.
+
+    They moved since, and their legs beside that.
+    """
+    then, frame = seen(body()), seen(body(*moved, legs))
     shown = None if heat is None else ShownHeat(heat, age, trust)
-    states = [State(frame, (0.0, 0.0))] * age + [State(frame, moved)]
+    states = [State(then, (0.0, 0.0))] * age + [State(frame, moved)]
     expected = body(*moved)[WINDOW]
     logit = np.where(expected > 0, 1, -1).astype(np.float32)
     area = np.count_nonzero(PERSON) / HEIGHT**2
@@ -112,3 +128,11 @@ def test_an_old_map_is_carried_along_and_softened():
     edge = np.s_[52:62, 119:121]
     assert np.abs(found[edge]).max() < 1
     assert np.abs(fresh[edge]).min() > 3
+
+
+def test_a_leg_is_where_it_has_gone_since_an_old_map_was_made():
+    there = body(legs=4) > 0
+    found = evidence(body(), age=1, legs=4)
+    front, back = there & ~PERSON, PERSON & ~there
+    assert found[front].mean() > 0.5
+    assert found[back].mean() < -0.5

@@ -32,7 +32,7 @@ from gait_segmentation.cli.tool import (
     run_tool,
     scaled_box,
 )
-from gait_segmentation.detector.networks import BOXES, open_networks
+from gait_segmentation.detector.networks import DetectorConfig, open_networks
 from gait_segmentation.drawing import track_colour
 from gait_segmentation.errors import ConfigError, SequenceError
 from gait_segmentation.files import keep_apart, write_file
@@ -69,13 +69,12 @@ writes to the output folder
 examples
   gait_demo
   gait_demo --preset paper --out out/paper
-  gait_demo --detector people
+  gait_demo --detector boxes
   gait_demo --clip walk.mp4 --people 3 --out out/walk
   gait_demo --clip walk.mp4 --box 400 120 80 260 --start 15 --out out/walk
 """
 
 CLIP_START = 70  # a frame in which the woman is in full view
-CLIP_BOX = Box(1260, 519, 133, 414)  # her box in that frame, in pixels of the clip
 _REQUIREMENT = 'sports2d==0.8.34'
 _MEMBER = 'Sports2D/Demo/demo.mp4'
 _SHA256 = 'd9a66417185647b112304b57093f0c180f37a768e6a14daca75ca541f3b78039'
@@ -111,8 +110,8 @@ def parser() -> argparse.ArgumentParser:
     add(
         '--detector',
         metavar='NETWORK',
-        help='what looks at whole images, and finds people unless --box is given: boxes, people '
-        '(which makes heat maps), or FILE.onnx',
+        help='what looks at whole images, and finds people unless --box is given: people (the '
+        'default), boxes, none, or FILE.onnx',
     )
     add('--people', type=int, default=1, metavar='N', help='people at a time (%(default)s)')
     add_preset_option(made)
@@ -131,13 +130,12 @@ def _demonstrate(options: argparse.Namespace) -> None:
     check_ranges(options, {'people': (1, MOST_PEOPLE)})
     if options.detector:
         # Before anything is fetched or written.
-        open_networks(options.detector)
+        open_networks(DetectorConfig(network=options.detector))
     box = None if options.box is None else Box(*options.box)
     if options.clip is None:
         if box is not None or options.start:
             raise ConfigError('--box and --start belong to a film of your own: give --clip too')
         options.clip, options.start = demo_clip(), CLIP_START
-        box = None if options.detector else CLIP_BOX
     reading = {name: getattr(options, name) for name in READING}
     film = open_input(options.clip, **reading)
     box, out = scaled_box(box, film), options.out
@@ -156,7 +154,7 @@ def _demonstrate(options: argparse.Namespace) -> None:
         box=box,
         people=options.people,
         preset=preset,
-        detector=options.detector or BOXES,
+        detector=options.detector,
         **reading,
     )
     played, answered = len(recording.published), recording.answered()

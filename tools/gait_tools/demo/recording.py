@@ -130,7 +130,7 @@ def play(
     box: Box | None = None,
     people: int = 1,
     preset: str = 'default',
-    detector: str = 'boxes',
+    detector: str | None = None,
     **reading: object,
 ) -> Recording:
     """Play an opened film to the nodes and record what they answer."""
@@ -139,7 +139,8 @@ def play(
     words = ['--ros-args', '--params-file', str(preset_file(preset)), '-p', 'backlog:=90']
     words += ['-p', 'reliability:=reliable', '-p', 'keep_images:=300']
     words += ['-p', f'max_people:={people}']
-    words += ['-p', f'detector.network:={detector}']
+    if detector is not None:
+        words += ['-p', f'detector.network:={detector}']
     if box is not None:
         numbers = [float(each) for each in (box.x, box.y, box.width, box.height)]
         words += ['-p', f'initial_box:={numbers}']

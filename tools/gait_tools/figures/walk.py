@@ -121,7 +121,7 @@ def _filmed(film: ImageSource) -> Iterator[Given]:
 
 def figured(config: PipelineConfig) -> PipelineConfig:
     """Return a configuration that tracks nobody but the one whose box is given."""
-    config = replaced(config, 'starting', 'auto_init', 'none')
+    config = replaced(config, 'detector', 'network', 'none')
     return replaced(config, 'people', 'max_people', 1)
 
 

@@ -1,0 +1,161 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""
+Make the weights that draw people, gait_segmentation/detector/person_masks.onnx.gz.
+
+    pip download --no-deps --python-version 3.11 --platform manylinux_2_17_x86_64 \
+        --only-binary :all: mediapipe==0.10.14
+    pip install 'onnx==1.22.0' 'numpy>=2' 'tflite==2.18.0'
+    python tools/convert_masks.py mediapipe-0.10.14-cp311-*.whl
+
+reads the pose network "full" out of that wheel (a TensorFlow Lite graph, its weights in float16)
+and writes the part of it that draws people, for OpenCV's dnn, 4.6 and later, and for ONNX Runtime:
+
+- Of what it gives, the mask is left; landmarks, their heat maps and the presence are not.
+- What goes in is 1 x 3 x 256 x 256, blue, green, red, 0..255; what comes out is 1 x 1 x 256 x 256,
+  the log-odds of the person.
+- All values inside are a sixth of what they were, so that min(max(x, 0), 6) is a HardSigmoid:
+  older OpenCV cannot read a Clip.
+
+The network has to have the SHA-256 below; with --keep it is written even if it has not.
+"""
+
+import argparse
+import hashlib
+import pathlib
+import sys
+import zipfile
+
+import numpy as np
+import onnx
+import tflite
+
+from convert_detector import HERE, TOP, Network, write
+
+TARGET = HERE.parent / 'gait_segmentation' / 'detector' / 'person_masks.onnx.gz'
+MEMBER = 'mediapipe/modules/pose_landmark/pose_landmark_full.tflite'
+SOURCE = 'e9a5c5cb17f736fafd4c2ec1da3b3d331d6edbe8a0d32395855aeb2cdfd64b9f'
+# Of the network, not of the gzip file about it.
+RESULT = '11366fd95ac1e1a2ee64e19b96a2d9c0ba21950e4dbc9605b907b7e1375578bd'
+OUTPUT = b'Identity_2'
+SIDE = 256
+KINDS = {
+    number: name
+    for name, number in vars(tflite.BuiltinOperator).items()
+    if isinstance(number, int)
+}
+RELU6 = 3
+
+
+class Graph:
+    """The operators of a graph of TensorFlow Lite, and what they read."""
+
+    def __init__(self, content: bytes) -> None:
+        self.model = tflite.Model.GetRootAsModel(content, 0)
+        self.body = self.model.Subgraphs(0)
+        self.made_by = {}
+        for index in range(self.body.OperatorsLength()):
+            operator = self.body.Operators(index)
+            for tensor in operator.OutputsAsNumpy():
+                self.made_by[int(tensor)] = operator
+
+    def kind(self, operator: tflite.Operator) -> str:
+        """Return the name of an operator."""
+        code = self.model.OperatorCodes(operator.OpcodeIndex())
+        return KINDS[max(code.BuiltinCode(), code.DeprecatedBuiltinCode())]
+
+    def options(self, operator: tflite.Operator, kind: type) -> object:
+        """Return the options of an operator."""
+        table, options = operator.BuiltinOptions(), kind()
+        options.Init(table.Bytes, table.Pos)
+        return options
+
+    def constant(self, number: int) -> np.ndarray:
+        """Return a constant, as float32 if it was stored as float16."""
+        operator = self.made_by.get(number)
+        if operator is not None:
+            assert self.kind(operator) == 'DEQUANTIZE'
+            return self.constant(int(operator.InputsAsNumpy()[0])).astype(np.float32)
+        tensor = self.body.Tensors(number)
+        kinds = {tflite.TensorType.FLOAT16: '<f2', tflite.TensorType.INT32: '<i4'}
+        data = self.model.Buffers(tensor.Buffer()).DataAsNumpy()
+        return np.frombuffer(data.tobytes(), kinds[tensor.Type()]).reshape(tensor.ShapeAsNumpy())
+
+
+def convert(content: bytes) -> onnx.ModelProto:
+    """Return the part of the network that draws people, for ONNX."""
+    graph, network = Graph(content), Network()
+    double = network.constant('double', np.float32([1, 1, 2, 2]))
+    start = int(graph.body.InputsAsNumpy()[0])
+    end = next(
+        int(each)
+        for each in graph.body.OutputsAsNumpy()
+        if graph.body.Tensors(int(each)).Name() == OUTPUT
+    )
+    names = {start: 'image'}
+
+    def made(number: int) -> str:
+        if number in names:
+            return names[number]
+        operator = graph.made_by[number]
+        kind, inputs = graph.kind(operator), [int(each) for each in operator.InputsAsNumpy()]
+        if kind == 'ADD':
+            options = graph.options(operator, tflite.AddOptions)
+            result = network.node('Add', [made(each) for each in inputs])
+        elif kind == 'RESIZE_BILINEAR':
+            how = {'mode': 'linear', 'coordinate_transformation_mode': 'half_pixel'}
+            names[number] = network.node('Resize', [made(inputs[0]), '', double], **how)
+            return names[number]
+        elif kind in ('CONV_2D', 'DEPTHWISE_CONV_2D'):
+            apart = kind != 'CONV_2D'
+            options = graph.options(
+                operator, tflite.DepthwiseConv2DOptions if apart else tflite.Conv2DOptions
+            )
+            kernel = graph.constant(inputs[1]).transpose((3, 0, 1, 2) if apart else (0, 3, 1, 2))
+            bias, side, stride = graph.constant(inputs[2]), kernel.shape[2], options.StrideH()
+            before = graph.made_by.get(inputs[0])
+            if before is not None and graph.kind(before) == 'PAD':
+                inputs[0], *rest = (int(each) for each in before.InputsAsNumpy())
+                pads = graph.constant(rest[0])[1:3].T.reshape(-1).tolist()
+            else:
+                # SAME, of sides that the stride divides.
+                whole = side - stride if stride > 1 else side - 1
+                pads = [whole // 2] * 2 + [whole - whole // 2] * 2
+            if inputs[0] == start:
+                kernel = kernel[:, ::-1] / (255 * TOP)
+            elif number == end:
+                kernel = kernel * TOP
+            if number != end:
+                bias = bias / TOP
+            result = network.convolution(
+                made(inputs[0]), kernel, bias, stride, apart, pads, exact=True
+            )
+        else:
+            raise ValueError(f'{kind} is not expected')
+        if options.FusedActivationFunction() == RELU6:
+            result = network.node('HardSigmoid', [result], alpha=1.0, beta=0.0)
+        names[number] = result
+        return result
+
+    made(end)
+    network.nodes[-1].output[0] = 'odds'
+    shape = [1, 3, SIDE, SIDE], [1, 1, SIDE, SIDE]
+    return network.model('pose_landmark_full_mask', {'image': shape[0]}, {'odds': shape[1]})
+
+
+def main() -> None:
+    """Convert the network of the wheel that is named."""
+    parser = argparse.ArgumentParser(description=(__doc__ or '').split('\n\n')[0])
+    parser.add_argument('wheel', type=pathlib.Path)
+    parser.add_argument('--to', type=pathlib.Path, default=TARGET, help='.onnx or .onnx.gz')
+    parser.add_argument('--keep', action='store_true', help='write another result, too')
+    arguments = parser.parse_args()
+    content = zipfile.ZipFile(arguments.wheel).read(MEMBER)
+    if hashlib.sha256(content).hexdigest() != SOURCE:
+        sys.exit(f'{arguments.wheel}: {MEMBER} is not that of version 0.10.14')
+    write(convert(content), arguments.to, RESULT, keep=arguments.keep)
+
+
+if __name__ == '__main__':
+    main()
