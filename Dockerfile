@@ -16,7 +16,7 @@ RUN apt-get update \
     && apt-get install -y --no-install-recommends python3-pip \
     && rosdep update --rosdistro "$ROS_DISTRO" \
     && rosdep install --from-paths src --ignore-src -y --rosdistro "$ROS_DISTRO" \
-    && pip install --no-cache-dir --break-system-packages 'numba>=0.59.1' 'PyMaxflow>=1.3' \
+    && pip install --no-cache-dir --break-system-packages 'numba>=0.59.1' 'PyMaxflow>=1.3' onnxruntime \
     && rm -rf /var/lib/apt/lists/*
 
 # Compiled for this processor: the kernels are compiled anew at the first start on another.

@@ -9,7 +9,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from functools import cache
@@ -18,11 +18,16 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+import numpy as np
+from numpy.typing import NDArray
 
 from gait_segmentation import MOST_PIXELS
 from gait_segmentation.cli.lockstep import ahead, open_heat_maps, results_of
 from gait_segmentation.cli.outputs import BagOutput, Output, partial_path, remove
 from gait_segmentation.cli.tool import scaled_box
+from gait_segmentation.detector.detection import Detection
+from gait_segmentation.detector.networks import DetectorConfig, open_networks
+from gait_segmentation.detector.scheduler import DetectorScheduler
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 from gait_segmentation.files import keep_apart, named, problem_of
 from gait_segmentation.gait_model import TemplateBank, open_bank
@@ -85,7 +90,8 @@ class Report:
     """
     How a replay went.
 
-    ``seen`` counts the frames that show a person.  ``error`` says why it ended before its time,
+    ``seen`` counts the frames that show a person, and ``looked`` says who looked for people;
+    ``error`` says why it ended before its time,
     ``damaged`` where the input breaks off, ``left`` which outputs were left incomplete, and
     ``notes`` what else there is to know, the first of it.
     """
@@ -93,6 +99,7 @@ class Report:
     input: Path
     frames: int = 0
     seen: int = 0
+    looked: str = ''
     damaged: str = ''
     interrupted: bool = False
     error: str = ''
@@ -103,6 +110,32 @@ class Report:
         """Add a note, unless there are many already."""
         if len(self.notes) <= _MOST_NOTES:
             self.notes.append(text if len(self.notes) < _MOST_NOTES else 'and so on')
+
+
+class _Looked:
+    """Networks, how often they have looked for people, and the best score of these."""
+
+    def __init__(self, config: DetectorConfig) -> None:
+        self._name = config.network
+        self._looks, self._best = 0, 0.0
+        networks = open_networks(config.network, config.person_class)
+        self._people = networks.people
+        self.networks = networks if self._people is None else networks._replace(people=self._look)
+
+    def _look(self, image: NDArray[np.uint8]) -> Sequence[Detection]:
+        assert self._people is not None
+        found = self._people(image)
+        self._looks += 1
+        self._best = max((self._best, *(each.score for each in found)))
+        return found
+
+    def summary(self) -> str:
+        """Say who has looked, and what they made of the images."""
+        if self._people is None:
+            return f'nobody looked for people (detector.network: {self._name})'
+        times = 'once' if self._looks == 1 else f'{self._looks} times'
+        best = f'at best with a score of {self._best:.2f}' if self._best else 'and saw nobody'
+        return f'the detector ({self._name}) looked {times}, {best}'
 
 
 def replay(
@@ -133,7 +166,10 @@ def replay(
         if job.heat_map:
             most = job.reading.get('max_pixels', MOST_PIXELS)
             maps = open_heat_maps(job.heat_map, job.input, most)
-        results = results_of(source, Pipeline(job.config, bank), box, report.note, maps)
+        looked = _Looked(job.config.detector)
+        scheduler = DetectorScheduler(job.config.detector, looked.networks)
+        pipeline = Pipeline(job.config, bank, scheduler=scheduler)
+        results = results_of(source, pipeline, box, report.note, maps)
         with closing(ahead(results)) as found:
             bar = _bar(found, total=source.total, unit='frame', desc=job.bag.name)
             try:
@@ -148,6 +184,7 @@ def replay(
                         break
             except DamagedError as error:
                 report.damaged = str(error)
+        report.looked = looked.summary()
         if not report.interrupted:
             for output in outputs:
                 output.close(complete=True)

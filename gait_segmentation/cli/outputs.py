@@ -393,12 +393,14 @@ class CsvOutput(Output):
     option = '--csv'
     help = 'a table of boxes, phase, cadence, azimuth and confidence, a row a person and frame'
     suffix = '.csv'
+    columns: ClassVar[tuple[str, ...]] = TABLE_COLUMNS
 
     def begin(self) -> None:
         """Begin the table."""
         self._file = open(self.work, 'w', encoding='ascii', newline='')  # noqa: SIM115
         self._table = csv.writer(self._file, lineterminator='\n')
-        self._table.writerow(TABLE_COLUMNS)
+        if self.columns:
+            self._table.writerow(self.columns)
 
     def add(self, frame: InputFrame, result: FrameResult) -> None:
         """Write a row for each person."""
@@ -409,6 +411,24 @@ class CsvOutput(Output):
     def finish(self) -> None:
         """Write everything out."""
         self._file.close()
+
+
+class TracksOutput(CsvOutput):
+    """Boxes and track ids in the format of MOTChallenge."""
+
+    option = '--tracks'
+    help = 'tracks as MOTChallenge has them: frame (from 1), id, x, y, width, height, score'
+    suffix = '.txt'
+    columns = ()
+
+    def add(self, frame: InputFrame, result: FrameResult) -> None:
+        """Write a row for each person who is seen."""
+        for person in result.people:
+            box, score = person.track.box, person.track.confidence
+            if box is not None:
+                sides = (f'{side:.2f}' for side in (box.x, box.y, box.width, box.height))
+                place = frame.number + 1, person.track.track_id
+                self._table.writerow((*place, *sides, f'{score:.3f}', -1, -1, -1))
 
 
 def _row(person: PersonResult) -> tuple[object, ...]:
@@ -503,6 +523,7 @@ OUTPUTS: tuple[type[Output], ...] = (
     MasksOutput,
     OverlayOutput,
     CsvOutput,
+    TracksOutput,
     OpenGaitOutput,
 )
 """What an input can be replayed into; each has an option of the command."""

@@ -139,7 +139,7 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
         config = replaced(config, 'detector', 'network', options.detector)
     if not options.dask:
         # Before anything is written.
-        open_networks(config.detector)
+        open_networks(config.detector.network, config.detector.person_class)
     several = len(options.input) > 1
     # Machines of a cluster are in other folders.
     here = Path.cwd() if options.dask else Path()
@@ -219,9 +219,9 @@ def _print(reports: list[Report], seconds: float, place: Path) -> None:
         said += [f'{path} was left incomplete' for path in report.left]
         if report.frames and not (report.seen or report.error or report.interrupted):
             said.append(
-                f'{report.input}: the detector found no person; it is unsure of people below 30 '
-                'pixels, in the dark and upside down: --box says where a person is, --rotate '
-                'turns the images'
+                f'{report.input}: no person was found: {report.looked}; people below 30 '
+                'pixels, in the dark or upside down are hard to see: --box says where one is, '
+                '--rotate turns the images'
             )
         for text in said:
             print(f'gait_replay: {text}', file=sys.stderr)

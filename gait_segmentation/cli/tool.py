@@ -145,10 +145,21 @@ def add_config_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
+class _Once(argparse.Action):
+    """An option that takes one value, and is not to be given again."""
+
+    def __call__(
+        self, parser: Any, namespace: Any, values: Any, option: str | None = None
+    ) -> None:
+        if getattr(namespace, self.dest) != self.default:
+            raise argparse.ArgumentError(self, 'may be given once: run again for the other')
+        setattr(namespace, self.dest, values)
+
+
 def add_reading_options(parser: argparse.ArgumentParser, rate: str) -> None:
     """Add the options of what is read, and how; ``rate`` says what the input's own is."""
     add = parser.add_argument
-    add('--topic', default='', help='topic of the images, if a bag has several')
+    add('--topic', action=_Once, default='', help='topic of the images, if a bag has several')
     add('--start', type=int, default=0, metavar='N', help='first frame, counted from 0')
     add('--count', type=int, metavar='M', help='number of frames (all)')
     add(

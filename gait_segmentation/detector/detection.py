@@ -27,12 +27,13 @@ class SoftMask:
     P(person) of one person in a square about them.
 
     ``values`` is (n, n) uint8, 255 = certain; pixel (x, y) of the image lies at ``scale`` * (x, y)
-    + ``offset`` in it.
+    + ``offset`` in it.  Outside of ``limits``, in pixels of the image, it may be of others.
     """
 
     values: NDArray[np.uint8]
     scale: float
     offset: tuple[float, float]
+    limits: Box
 
     def drawn(self, window: Window, scale: float, shift: tuple[float, float]) -> NDArray[np.uint8]:
         """
@@ -54,7 +55,11 @@ class SoftMask:
         )
         height, width = size_of(window)
         how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        return np.asarray(cv2.warpAffine(self.values, there, (width, height), flags=how))
+        values = cv2.warpAffine(self.values, there, (width, height), flags=how)
+        out = np.zeros((height, width), np.uint8)
+        inside = self.limits.scaled(scale).shifted(-x, -y).slices(width, height)
+        out[inside] = values[inside]
+        return out
 
 
 @dataclass(frozen=True)

@@ -81,9 +81,13 @@ class Networks(NamedTuple):
     heat_map: Callable[[NDArray[np.uint8]], NDArray[np.uint8]] | None = None
 
 
-def open_networks(config: DetectorConfig) -> Networks:
-    """Load the networks of a configuration; DetectorError if they cannot be used."""
-    name = config.network
+def open_networks(name: str, person_class: int = -1) -> Networks:
+    """
+    Load the networks of a ``detector.network``.
+
+    :param person_class: see :class:`DetectorConfig`.
+    :raises DetectorError: if they cannot be used.
+    """
     if name == NONE:
         return Networks(None)
     if name == BOXES:
@@ -95,7 +99,7 @@ def open_networks(config: DetectorConfig) -> Networks:
         raise DetectorError(
             f'detector.network must be {PEOPLE}, {BOXES}, {NONE} or a file FILE.onnx, got {name!r}'
         )
-    network = OnnxFile(path, config.person_class)
+    network = OnnxFile(path, person_class)
     if network.kind == 'map':
         return Networks(default_detector().people, heat_map=network.draw)
     return Networks(network.people)

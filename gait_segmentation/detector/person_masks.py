@@ -31,6 +31,9 @@ _LEAST_SCORE = 0.4
 _FITS = 0.5
 """Intersection over union of a box and that of the mask in it, from which the latter is better."""
 
+_DRAWN_BEYOND = 0.15
+"""How far beyond its box a person may be drawn, in the box's height."""
+
 _AT_BORDER, _LONGEST, _MOST_HIDDEN = 0.02, 2.5, 0.55
 """
 How near the border of the image a box ends that it may cut off, in the box's height; height of a
@@ -91,7 +94,9 @@ class PersonMasks:
         square = cv2.warpAffine(image, there, (_SQUARE_PX, _SQUARE_PX), flags=cv2.INTER_LINEAR)
         odds = self._network(cv2.dnn.blobFromImage(square))[0]
         values = np.rint(255 / (1 + np.exp(-np.clip(odds, -20, 20)))).astype(np.uint8)
-        return replace(person, mask=SoftMask(values, scale, offset))
+        beyond = _DRAWN_BEYOND * box.height
+        limits = box.padded(beyond, beyond)
+        return replace(person, mask=SoftMask(values, scale, offset, limits))
 
 
 def _whole(box: Box, height: int) -> Box:

@@ -81,6 +81,9 @@ class DetectorScheduler:
             self.pools = ThreadPoolExecutor(1, 'calm', _give_way), ThreadPoolExecutor(1, 'urgent')
         self._clock = clock
         self._blind = False
+        self.pace = 1.0
+        """Share of the looks and masks asked for that a busy computer has time for."""
+
         self.reset()
 
     def reset(self) -> None:
@@ -123,7 +126,7 @@ class DetectorScheduler:
                 self.newest = seen
         config, networks = self._config, self._networks
         since_s = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) / 1e9
-        self._masks = min(self._masks + config.mask_rate * since_s, _MOST_DRAWN)
+        self._masks = min(self._masks + self.pace * config.mask_rate * since_s, _MOST_DRAWN)
         self._stamp_ns = stamp_ns
         # Which networks a file has is known once it is loaded.
         draws = config.network not in (BOXES, NONE)
@@ -131,7 +134,9 @@ class DetectorScheduler:
             masks = networks.masks is not None and self._masks >= 1 and bool(people)
             draws = masks or networks.heat_map is not None
         period_s = config.urgent_period if urgent else config.calm_period
-        passed = self._last_ns is None or stamp_ns - self._last_ns >= round(1e9 * period_s)
+        passed = self._last_ns is None or stamp_ns - self._last_ns >= round(
+            1e9 * period_s / self.pace
+        )
         due = boxes and passed and config.network != NONE
         if self._blind or not (due or draws):
             return seen
@@ -164,7 +169,7 @@ class DetectorScheduler:
         draw: bool = True,
     ) -> Detections:
         if self._networks is None:
-            self._networks = open_networks(self._config)
+            self._networks = open_networks(self._config.network, self._config.person_class)
         started, networks = self._clock(), self._networks
         seen = tuple(networks.people(image)) if due and networks.people is not None else None
         drawn: tuple[Detection, ...] = ()

@@ -30,6 +30,7 @@ from gait_segmentation.starting import StartingConfig
 from gait_segmentation.streams.config import BankConfig, CameraConfig, StartConfig
 from gait_segmentation.streams.fields import Parts, stamp_of
 from gait_segmentation.streams.intake import Intake
+from gait_segmentation.streams.pace import Pace
 from gait_segmentation.tracking import TrackingConfig
 
 _AHEAD_S = 1.0
@@ -72,6 +73,7 @@ class CameraNode(GaitNode):
         self._scheduler = DetectorScheduler(
             self.parameters.get(DetectorConfig), threaded=True, clock=time.perf_counter
         )
+        self._pace = Pace()
         return self._scheduler
 
     def take_image(self, frame: Parts) -> tuple[NDArray[np.uint8], int]:
@@ -84,6 +86,8 @@ class CameraNode(GaitNode):
             # Start from the initial box again, as in a bag that loops.
             self.intake.armed = True
         self.intake.take(image, stamp_ns)
+        took_s, step_s = self.load
+        self._scheduler.pace = self._pace.update(took_s / (step_s or 1.0), time.monotonic())
         seen = self._scheduler.newest
         if seen is not None and seen.error:
             self.warnings.warn('detector', f'nobody is found by the detector: {seen.error}')

@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+import math
 import threading
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
@@ -62,17 +64,48 @@ class ExactJoin:
         return next(stage for part, stage in self._stages.items() if part not in entry)
 
 
+_MOMENT = 10
+"""Frames that may wait while the work keeps up in the mean."""
+
+_RATE = 0.1
+"""Share of the newest frame in what frames take, and in how often they come."""
+
+_LONGEST_S = 1.0
+"""Time between two frames from which they have paused."""
+
+_TOO_MUCH, _ENOUGH = 1.0, 0.8
+"""Load from which only the newest frame is worth its work, and below which all are again."""
+
+
 class Worker:
     """
     A thread that works on the frames of a bounded queue, and makes calls, which go first.
 
-    A frame that finds the queue full takes the place of all that wait: where the work cannot keep
-    up, answers are late by less than a full queue, and that not for ever.
+    A frame that finds the queue full takes the place of all that wait.  Without a limit ten may
+    wait, for a moment, but while frames take longer than they come only one: the work is always on
+    the newest, and what is dropped is spread evenly.
     """
 
-    def __init__(self, limit: int, work: Callable[[Any], None]) -> None:
-        """Start the thread: ``work`` gets every frame, of which ``limit`` may wait."""
+    def __init__(
+        self,
+        limit: int,
+        work: Callable[[Any], None],
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """
+        Start the thread.
+
+        :param limit: frames that may wait, 0 = as the load allows.
+        :param work: gets every frame.
+        :param clock: steady, in seconds.
+        """
         self.limit = limit
+        self.took_s, self.step_s = 0.0, 0.0
+        """Time that a frame takes, and that between two, in the mean of late."""
+
+        self._clock = clock
+        self._put_s = -math.inf
+        self._overloaded = False
         self.failure: BaseException | None = None
         """An error that has ended the thread."""
 
@@ -84,10 +117,21 @@ class Worker:
         self._thread = threading.Thread(target=self._run, name='worker', daemon=True)
         self._thread.start()
 
+    @property
+    def load(self) -> float:
+        """Return what frames take over the time between two, 0 as long as that is not known."""
+        return self.took_s / self.step_s if self.step_s else 0.0
+
     def put(self, frame: Any) -> int:
         """Add a frame; return how many were dropped for it."""
         with self._changed:
-            dropped = len(self._frames) if len(self._frames) >= self.limit else 0
+            now_s = self._clock()
+            if (passed_s := now_s - self._put_s) < _LONGEST_S:
+                self.step_s += (_RATE if self.step_s else 1.0) * (passed_s - self.step_s)
+            self._put_s = now_s
+            self._overloaded = self.load > (_ENOUGH if self._overloaded else _TOO_MUCH)
+            limit = self.limit or (1 if self._overloaded else _MOMENT)
+            dropped = len(self._frames) if len(self._frames) >= limit else 0
             if dropped:
                 self._frames.clear()
             self._frames.append(frame)
@@ -133,8 +177,15 @@ class Worker:
 
     def _run(self) -> None:
         try:
+            took_s = 0.0
             while (do := self._next()) is not None:
+                began_s = self._clock()
                 do()
+                took_s += self._clock() - began_s
+                # Calls are of the frame that comes after them.
+                if isinstance(do, partial) and do.func is self._work:
+                    self.took_s += (_RATE if self.took_s else 1.0) * (took_s - self.took_s)
+                    took_s = 0.0
         except Exception as error:  # For the thread that can end the process.
             self.failure = error
             self.stop()

@@ -225,6 +225,12 @@ class GaitNode(LifecycleNode):
         """Return what has ended the worker: the node is no use any more."""
         return None if self._worker is None else self._worker.failure
 
+    @property
+    def load(self) -> tuple[float, float]:
+        """Return the time that a frame takes and that between two, in seconds, 0 if not known."""
+        worker = self._worker
+        return (0.0, 0.0) if worker is None else (worker.took_s, worker.step_s)
+
     def output(self, kind: Any, topic: str, profile: QoSProfile = BETWEEN_NODES) -> Any:
         """Make a publisher that lives until the clean-up."""
         # Every event that could be reported costs the executor time in every round.

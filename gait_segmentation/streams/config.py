@@ -29,11 +29,12 @@ class NodeConfig(StageConfig):
         read_only=True,
     )
     backlog: int = parameter(
-        10,
-        'Frames that may wait. When more come, all but the newest are dropped. Must be at least '
-        'matching.lag, of which the frames come at once at the end.',
+        0,
+        'Frames that may wait; when more come, all but the newest are dropped. 0 = for a camera: '
+        '10 for a moment, and one while frames take longer than they come. Recordings want at '
+        'least matching.lag, of which the frames come at once at the end.',
         unit='frames',
-        minimum=1,
+        minimum=0,
         maximum=1000,
     )
     num_threads: int = parameter(

@@ -82,7 +82,7 @@ class Beginner:
         """Begin with somebody who was detected, and return None, if there is a reason to."""
         detection, existence, near = each.detection, each.existence, None
         is_person = existence.log_odds(scene.stamp_ns) >= 0
-        lost = people.lost if is_person else []
+        lost = people.doubted if is_person else []
         free = is_person and None in people.by_slot and not given
         # A region of a map has an outline, and so may take its pixels along at once.
         if self._factory.config.use_bystanders and (is_person or detection.by_map):

@@ -72,6 +72,11 @@ class People:
         return [track for track in self.published if track.state == LOST]
 
     @property
+    def doubted(self) -> list[Track]:
+        """Return who has a slot, and is lost or was not seen at the last look."""
+        return [each for each in self.published if each.state == LOST or each.existence.missed]
+
+    @property
     def bodies(self) -> tuple[list[Box], list[Box]]:
         """Return the bodies of who is tracked, no wider than one, and of who is lost."""
         return [slim(track.body) for track in self.tracked], [each.body for each in self.lost]

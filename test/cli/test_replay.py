@@ -85,7 +85,9 @@ def test_every_frame_has_the_pipelines_results(
 
 def test_other_outputs_on_request(given: list[str], tmp_path: Path) -> None:
     masks, film, table = tmp_path / 'masks', tmp_path / 'film.mp4', tmp_path / 'table.csv'
+    tracks = tmp_path / 'tracks.txt'
     options = ['--masks', str(masks), '--overlay', str(film), '--csv', str(table)]
+    options += ['--tracks', str(tracks)]
     assert main([*given, *options, '--start', '1', '--count', '7', '--width', '240']) == 0
     assert sorted(p.name for p in masks.iterdir()) == [f'{n:04d}.png' for n in range(1, 8)]
     mask = cv2.imread(str(masks / '0002.png'), cv2.IMREAD_UNCHANGED)
@@ -101,6 +103,18 @@ def test_other_outputs_on_request(given: list[str], tmp_path: Path) -> None:
         assert 0 <= float(row['gait_phase_strides']) < 1
         assert 20 < float(row['box_height_px']) < 200
         assert row['state'] == 'tracked'
+    told = [line.split(',') for line in tracks.read_text().splitlines()]
+    sides = [f'box_{each}_px' for each in ('x', 'y', 'width', 'height')]
+    # MOTChallenge counts frames from 1.
+    assert told == [
+        [
+            str(int(row['frame']) + 1),
+            row['track_id'],
+            *(row[side] for side in (*sides, 'track_confidence')),
+            *['-1'] * 3,
+        ]
+        for row in rows
+    ]
 
 
 def test_an_interruption_leaves_a_bag_that_can_be_read(given: list[str], tmp_path: Path) -> None:
@@ -163,6 +177,28 @@ def test_what_cannot_be_used_is_said(
     assert main([*given[:place], *options, *given[place:]]) == 2
     assert reason in capfd.readouterr().err
     assert not list(tmp_path.rglob('walk*'))
+
+
+@pytest.mark.parametrize(
+    ('network', 'told'),
+    [('none', 'nobody looked for people (detector.network: none)'), ('boxes', 'looked once, ')],
+)
+def test_if_nobody_is_found_it_is_said_who_looked(
+    network: str, told: str, tmp_path: Path, capfd
+) -> None:
+    (tmp_path / 'empty').mkdir()
+    cv2.imwrite(str(tmp_path / 'empty/0000.png'), np.full((120, 160, 3), 90, np.uint8))
+    given = [str(tmp_path / 'empty'), '--out', str(tmp_path / 'out'), '--detector', network]
+    assert main(given) == 0
+    assert f'no person was found: {"the detector (boxes) " * (network == "boxes")}{told}' in (
+        capfd.readouterr().err
+    )
+
+
+def test_a_topic_is_given_once(given: list[str], capfd) -> None:
+    with pytest.raises(SystemExit):
+        main([*given, '--topic', '/left', '--topic', '/right'])
+    assert '--topic: may be given once' in capfd.readouterr().err
 
 
 def test_a_parameter_file_is_read_as_the_nodes_read_it(given: list[str], tmp_path: Path) -> None:

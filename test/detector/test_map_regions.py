@@ -102,7 +102,7 @@ def test_what_is_drawn_of_somebody_lifts_their_score_if_it_has_the_shape_of_a_bo
         values = np.zeros((256, 256), np.uint8)
         values[40 : 40 + region.shape[0], 60 : 60 + region.shape[1]] = region
         box = Box(60, 40, *region.shape[::-1])
-        return Detection(box, score, SoftMask(values, 1.0, (0.0, 0.0)))
+        return Detection(box, score, SoftMask(values, 1.0, (0.0, 0.0), box))
 
     regions, square = MapRegions(SHAPES), np.full((30, 150), 255, np.uint8)
     person = body((60, 160)).astype(np.uint8)

@@ -4,7 +4,7 @@ import numpy as np
 import onnx
 import pytest
 
-from gait_segmentation.detector.networks import DetectorConfig, open_networks
+from gait_segmentation.detector.networks import open_networks
 from gait_segmentation.detector.person_detector import default_detector
 from gait_segmentation.errors import DetectorError
 from gait_segmentation.geometry import Box
@@ -16,7 +16,7 @@ BOX = Box(20, 10, 32, 96)
 
 
 def opened(path, **config):
-    return open_networks(DetectorConfig(network=str(path), **config))
+    return open_networks(str(path), **config)
 
 
 CELLS = 12 * 8 + 6 * 4 + 3 * 2

@@ -14,7 +14,7 @@ from gait_segmentation.geometry import Box
 
 IMAGE = np.zeros((4, 4, 3), np.uint8)
 SOMEBODY = Detection(Box(1, 1, 2, 2), 0.9)
-MASK = SoftMask(np.zeros((2, 2), np.uint8), 1.0, (0.0, 0.0))
+MASK = SoftMask(np.zeros((2, 2), np.uint8), 1.0, (0.0, 0.0), Box(0, 0, 2, 2))
 DETECTOR = Networks(lambda image: [SOMEBODY])
 
 
@@ -74,7 +74,7 @@ def test_only_so_many_masks_are_drawn_in_a_second(rate, people):
 
 
 def test_no_network_looks_at_nothing(monkeypatch):
-    monkeypatch.setattr(module, 'open_networks', lambda config: pytest.fail('it was loaded'))
+    monkeypatch.setattr(module, 'open_networks', lambda *_: pytest.fail('it was loaded'))
     assert not looks(DetectorScheduler(DetectorConfig(network='none')), urgent=True)
 
 
@@ -140,7 +140,7 @@ def test_in_a_thread_people_are_told_before_they_are_drawn():
 def test_a_network_loaded_at_the_first_look_draws_whom_it_sees_then(monkeypatch):
     masks = Masks()
     made = DETECTOR._replace(masks=masks)
-    monkeypatch.setattr(module, 'open_networks', lambda config: made)
+    monkeypatch.setattr(module, 'open_networks', lambda *_: made)
     seen = looks(DetectorScheduler(DetectorConfig(network='people')), boxes=True, urgent=False)
     assert seen[0].people == (SOMEBODY,)
     assert masks.asked[0] == ((), (SOMEBODY,))

@@ -200,7 +200,7 @@ def test_nodes_find_what_the_stages_find_again_in_a_bag_that_loops_and_keep_noth
     camera = bench.publisher(Image, 'image', CAMERAS[style])
     # What is known of the stream and not of who is in it.
     kept = ['statistics', 'warnings', 'join', '_lessons', 'armed', '_pool']
-    kept += ['_worker', 'shape', '_shape', '_likelihood', '_size']
+    kept += ['_worker', '_pace', 'shape', '_shape', '_likelihood', '_size']
     before = [remembered(node, *kept) for node in nodes]
     for _ in range(2):
         for index, each in enumerate(frames):

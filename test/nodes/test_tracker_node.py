@@ -280,7 +280,7 @@ def test_the_detector_looks_beside_the_frames(bench: Bench, monkeypatch) -> None
         figure = Box.around(cv2.inRange(image, (0, 0, 200), (60, 60, 255)))
         return [] if figure is None else [Detection(figure, 0.9)]
 
-    monkeypatch.setattr(scheduler, 'open_networks', lambda name: Networks(people))
+    monkeypatch.setattr(scheduler, 'open_networks', lambda *_: Networks(people))
     node = bench.add(TrackerNode, **{'detector.network': 'boxes'})
     bench.record_outputs('person_0/box')
     camera = bench.publisher(Image, 'image', 1)

@@ -31,6 +31,7 @@ def told(
     enabled: bool = True,
     details: dict[str, str] | None = None,
     trouble: str = '',
+    load: tuple[float, float] = (0.0, 0.0),
 ) -> Any:
     """Return the status of a node's message and its values by name."""
     node = SimpleNamespace(
@@ -41,6 +42,7 @@ def told(
         outputs=[],
         status=lambda: details or {},
         trouble=trouble,
+        load=load,
         get_fully_qualified_name=lambda: '/a',
         get_logger=lambda: SimpleNamespace(warning=LOGGED.append),
         unstamped=True,
@@ -68,6 +70,11 @@ def test_the_level_says_what_is_wrong() -> None:
     # What a node has to say is a warning where frames go well.
     why = 'located: 0 of 1, why'
     assert judged(statistics, trouble=why) == (DiagnosticStatus.WARN, why)
+    level, text = judged(statistics, load=(0.048, 0.033))
+    assert level == DiagnosticStatus.OK
+    assert 'frames take 48 ms and come every 33' in text
+    assert 'detector.network: boxes' in text
+    assert judged(statistics, load=(0.03, 0.033)) == (DiagnosticStatus.OK, 'active')
     statistics.stale, statistics.dropped = 3, 4
     status, values = told(statistics)
     counts = [values[name] for name in ('received', 'processed', 'dropped', 'stale', 'failed')]

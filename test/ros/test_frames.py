@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from __future__ import annotations
 
+import itertools
+import queue
 import threading
 from collections.abc import Iterator
 from random import Random
@@ -130,6 +132,46 @@ def test_up_to_the_limit_nothing_is_lost_and_then_all_but_the_newest(
 ) -> None:
     assert [busy.worker.put(n) for n in range(count)] == dropped
     assert busy.finished() == left
+
+
+def test_without_a_limit_ten_may_wait_for_a_moment() -> None:
+    busy = Busy(0)
+    assert [busy.worker.put(n) for n in range(11)] == [0] * 10 + [10]
+    assert busy.finished() == [10]
+    busy.worker.stop()
+
+
+def test_while_frames_take_longer_than_they_come_the_newest_is_worked_on() -> None:
+    now_s, done = [0.0], []
+    begun, go = queue.Queue[int](), threading.Semaphore(0)
+
+    def work(number: int) -> None:
+        begun.put(number)
+        assert go.acquire(timeout=TIMEOUT_S)
+        done.append((number, newest))
+
+    newest, dropped = 0, 0
+    worker = Worker(0, work, lambda: now_s[0])
+    # A frame every 50 ms, each of which takes 100.
+    for newest in range(60):
+        now_s[0] += 0.05
+        dropped += worker.put(newest)
+        if newest % 2 == 0:
+            if newest:
+                go.release()
+            begun.get(timeout=TIMEOUT_S)
+    assert (worker.took_s, worker.step_s) == (pytest.approx(0.1), pytest.approx(0.05))
+    numbers = [number for number, _ in done][-20:]
+    assert {later - number for number, later in itertools.pairwise(numbers)} == {2}
+    assert all(last - number == 2 for number, last in done[-20:])
+    # When they come more rarely none is lost any more.
+    for newest in range(60, 100):
+        go.release()
+        now_s[0] += 0.2
+        lost = worker.put(newest)
+    assert lost == 0
+    go.release(100)
+    worker.stop()
 
 
 def test_calls_go_first_and_those_without_a_kind_are_never_dropped(busy: Busy) -> None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import pytest
 
 from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.detector.networks import DetectorConfig, Networks
@@ -54,7 +55,7 @@ class Masks:
 
     def _mask(self, box: Box) -> SoftMask:
         nearest = max(self.figures, key=lambda figure: figure.box.iou(box))
-        return SoftMask(nearest.mask(), 1.0, (0.0, 0.0))
+        return SoftMask(nearest.mask(), 1.0, (0.0, 0.0), box.padded(20, 20))
 
     def draw(
         self,
@@ -99,3 +100,21 @@ def test_a_box_that_is_given_begins_with_the_mask_of_who_is_in_it() -> None:
     beside = (board > 0) & (own == 0)
     assert (result.likelihood[beside] > 127).mean() < 0.1
     assert (result.likelihood[own > 0] > 127).mean() > 0.9
+
+
+@pytest.mark.parametrize(('coat', 'follows'), [(RED, True), (GREEN, False)])
+def test_a_track_that_looks_do_not_see_goes_over_to_who_looks_like_it(coat, follows) -> None:
+    figure, boxes = Figure(60, RED), []
+    told = watched(boxes, patience=5.0, period=0.1)
+    told.start(figure)
+    for _ in range(20):
+        boxes[:] = [figure.box]
+        told.show(figure)
+    # What was taken for them stays where they were.
+    other = Figure(170, coat)
+    boxes[:] = [other.box]
+    # Before it is lost.
+    for _ in range(4):
+        (result,) = told.show(figure, other)
+    assert result.track_id == 1
+    assert (result.state == 'tracked' and result.box.iou(other.box) > 0.5) == follows

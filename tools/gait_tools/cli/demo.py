@@ -32,7 +32,7 @@ from gait_segmentation.cli.tool import (
     run_tool,
     scaled_box,
 )
-from gait_segmentation.detector.networks import DetectorConfig, open_networks
+from gait_segmentation.detector.networks import open_networks
 from gait_segmentation.drawing import track_colour
 from gait_segmentation.errors import ConfigError, SequenceError
 from gait_segmentation.files import keep_apart, write_file
@@ -130,7 +130,7 @@ def _demonstrate(options: argparse.Namespace) -> None:
     check_ranges(options, {'people': (1, MOST_PEOPLE)})
     if options.detector:
         # Before anything is fetched or written.
-        open_networks(DetectorConfig(network=options.detector))
+        open_networks(options.detector)
     box = None if options.box is None else Box(*options.box)
     if options.clip is None:
         if box is not None or options.start:

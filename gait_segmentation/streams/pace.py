@@ -1,0 +1,45 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How often a computer that cannot keep up does what may be done more rarely."""
+
+from __future__ import annotations
+
+_LEAST = 1 / 8
+_EVERY_S = 1.0
+"""Time after which it is seen what a change has brought."""
+
+_TOO_MUCH, _ENOUGH = 1.0, 0.7
+"""Load from which the pace is halved, and below which it is doubled."""
+
+
+class Pace:
+    """
+    A pace that follows the load, from 1, all that is asked for, down to an eighth of it.
+
+    It is halved while frames take longer than they come, and doubled when there is time again, at
+    most once a second.
+    """
+
+    def __init__(self) -> None:
+        """Begin with all that is asked for."""
+        self.share = 1.0
+        self._changed_s: float | None = None
+
+    def update(self, load: float, now_s: float) -> float:
+        """
+        Return the pace from now on.
+
+        :param load: time that frames take, over that between two.
+        :param now_s: steady time.
+        """
+        if self._changed_s is None:
+            self._changed_s = now_s
+        if now_s - self._changed_s >= _EVERY_S:
+            wanted = self.share
+            if load > _TOO_MUCH:
+                wanted = max(self.share / 2, _LEAST)
+            elif load < _ENOUGH:
+                wanted = min(self.share * 2, 1.0)
+            if wanted != self.share:
+                self.share, self._changed_s = wanted, now_s
+        return self.share
