@@ -42,6 +42,10 @@ REFINED_COLOUR: Colour = (60, 230, 60)
 _SHIFT = 4  # fractional bits of the coordinates given to OpenCV's line drawing
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _LARGE = 720  # longer side of an image, in pixels, above which letters and lines grow with it
+
+_WALKS_HZ = 0.5
+"""Strides a second from which somebody walks: a step a second is slow."""
+
 _VIEW_WORDS = (
     'to the right',
     'away, right',
@@ -147,7 +151,7 @@ def draw_person(image: Image, mask: NDArray[np.uint8], box: Box, match: MatchRes
 
     :param mask: (H, W) uint8 of the image's size.
     :param box: in the image's pixels.
-    :param match: whose number is in the label, and whose view and phase if there is a body.
+    :param match: whose number is in the label, and whose view and phase in strides if they walk.
     """
     colour = track_colour(match.track_id)
     inside = mask > 127
@@ -156,7 +160,7 @@ def draw_person(image: Image, mask: NDArray[np.uint8], box: Box, match: MatchRes
     draw_outline(image, mask, colour, round(_growth(image)))
     draw_box(image, box, colour)
     words = f'{match.track_id}'
-    if match.body is not None:
+    if match.body is not None and match.phase_rate >= _WALKS_HZ:
         words += f' {view_word(match.azimuth)} {match.phase:.2f}'
     blue, green, red = ((value + 255) // 2 for value in colour)
     draw_label(image, words, (box.x, box.y - 18 * _growth(image)), (blue, green, red))

@@ -37,6 +37,10 @@ if not os.path.isabs(os.path.expanduser('~')):
 # Kernels, and the types of their arguments when they are called in one way.
 _declared: list[tuple[Dispatcher, str]] = []
 _ready: list[tuple[Dispatcher, str]] = []
+_progress = ['']
+
+_EVERY_S = 20.0
+"""Time after which it is said again how far the kernels are."""
 
 
 def kernel(*calls: str, **options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -87,8 +91,9 @@ def compile_kernels(*packages: str) -> int:
         if f'{each[0].py_func.__module__}.'.startswith(roots) and each not in _ready
     ]
     before = _compiled()
-    for each in wanted:
+    for number, each in enumerate(wanted, 1):
         function, types = each
+        _progress[:] = [f'{number} of {len(wanted)}, {function.py_func.__name__}']
         function.compile(normalize_signature(f'({types},)')[0])
         _ready.append(each)
     return _compiled() - before
@@ -102,22 +107,24 @@ def _compiled() -> int:
 @contextmanager
 def compiling(say: Callable[[str], object], patience_s: float = 5.0) -> Iterator[None]:
     """
-    Say that kernels are loaded or compiled if what is done takes long.
+    Say that kernels are loaded or compiled if what is done takes long, and how far they are.
 
     Errors of files have the name of the cache of kernels.
 
-    :param say: called once at most, in another thread.
+    :param say: called in another thread.
     """
-    slow = threading.Timer(
-        patience_s,
-        say,
-        ['loading kernels, or compiling them: up to a minute, once after each installation'],
-    )
-    slow.daemon = True
-    slow.start()
+    ended = threading.Event()
+
+    def tell() -> None:
+        if not ended.wait(patience_s):
+            say('compiling kernels, or loading them: a minute or some, once after an installation')
+        while not ended.wait(_EVERY_S):
+            say(f'still at the kernels: {_progress[0]}')
+
+    threading.Thread(target=tell, name='compiling', daemon=True).start()
     try:
         # Which is all that is written here.
         with named('the cache of compiled kernels'):
             yield
     finally:
-        slow.cancel()
+        ended.set()

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Small ONNX networks."""
+"""Small ONNX networks, and a picture for large ones."""
 
 from __future__ import annotations
 
@@ -9,6 +9,19 @@ from pathlib import Path
 import numpy as np
 import onnx
 from onnx import TensorProto, helper, numpy_helper
+from PIL import Image
+
+from gait_segmentation.geometry import Box
+
+WOMAN = Box(491, 27, 45, 164)
+"""Who is in :func:`demo_picture`."""
+
+
+def demo_picture() -> np.ndarray:
+    """Return a woman who walks past a building, (212, 560, 3) uint8 BGR."""
+    # Older OpenCV reads no animations; below is her silhouette.
+    path = Path(__file__).parents[1] / 'docs/images/demo.webp'
+    return np.ascontiguousarray(np.asarray(Image.open(path).convert('RGB'))[:212, :, ::-1])
 
 
 def save(path: Path, shape, nodes, outputs: dict, names=None, **constants) -> Path:

@@ -59,6 +59,13 @@ def test_a_person_is_tinted_in_the_colour_of_the_track_and_what_is_known_is_writ
         # Above the box.
         assert 0 < rows.max() < 20
         assert columns.min() > 40
+    # Who stands has neither.
+    stands = [
+        segmentation_picture(IMAGE, masks, [replace(SOMEBODY, phase_rate=0.3, phase=p), NOBODY])
+        for p in (0.0, 0.5)
+    ]
+    assert changed(stands[0], plain).any()
+    assert not changed(*stands).any()
 
 
 def test_where_somebody_walks_is_said_in_words() -> None:

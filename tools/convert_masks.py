@@ -113,15 +113,11 @@ def convert(content: bytes) -> onnx.ModelProto:
                 operator, tflite.DepthwiseConv2DOptions if apart else tflite.Conv2DOptions
             )
             kernel = graph.constant(inputs[1]).transpose((3, 0, 1, 2) if apart else (0, 3, 1, 2))
-            bias, side, stride = graph.constant(inputs[2]), kernel.shape[2], options.StrideH()
+            bias, stride, pads = graph.constant(inputs[2]), options.StrideH(), None
             before = graph.made_by.get(inputs[0])
             if before is not None and graph.kind(before) == 'PAD':
                 inputs[0], *rest = (int(each) for each in before.InputsAsNumpy())
                 pads = graph.constant(rest[0])[1:3].T.reshape(-1).tolist()
-            else:
-                # SAME, of sides that the stride divides.
-                whole = side - stride if stride > 1 else side - 1
-                pads = [whole // 2] * 2 + [whole - whole // 2] * 2
             if inputs[0] == start:
                 kernel = kernel[:, ::-1] / (255 * TOP)
             elif number == end:

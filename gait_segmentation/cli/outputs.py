@@ -341,7 +341,7 @@ class OverlayOutput(Output):
     """A film with outlines, boxes, directions and phases."""
 
     option = '--overlay'
-    help = 'a film (.mp4) with outline, box, direction and phase'
+    help = 'a film (.mp4) with outline, box, id, and of who walks direction and phase (strides)'
     suffix = '.mp4'
 
     def begin(self) -> None:

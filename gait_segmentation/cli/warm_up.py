@@ -12,7 +12,7 @@ from gait_segmentation.cli.tool import command_parser, run_tool
 from gait_segmentation.kernels import compile_kernels
 
 _DESCRIPTION = """
-Compile all kernels, for up to a minute, once after each installation,
+Compile all kernels, for a minute or some, once after each installation,
 so that no node has to when it starts.  They are kept in Numba's cache: run
 this as the user who will run the nodes, with the same NUMBA_CACHE_DIR if that
 is set.

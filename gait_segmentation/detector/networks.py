@@ -59,7 +59,7 @@ class DetectorConfig(StageConfig):
         fixed=True,
     )
     mask_rate: float = parameter(
-        10.0,
+        15.0,
         'Masks that are drawn in a second, of all people together.',
         unit='1/s',
         minimum=0.0,

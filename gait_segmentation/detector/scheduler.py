@@ -95,6 +95,16 @@ class DetectorScheduler:
         self.newest: Detections | None = None
         """The newest that say who is there, if any do, for the diagnostics."""
 
+    def load(self) -> None:
+        """Load the networks, as else the first look does, which says if they cannot be."""
+        with suppress(GaitSegmentationError), self._lock:
+            self._open()
+
+    def _open(self) -> Networks:
+        if self._networks is None:
+            self._networks = open_networks(self._config.network, self._config.person_class)
+        return self._networks
+
     def look(
         self,
         image: NDArray[np.uint8],
@@ -168,9 +178,7 @@ class DetectorScheduler:
         due: bool,
         draw: bool = True,
     ) -> Detections:
-        if self._networks is None:
-            self._networks = open_networks(self._config.network, self._config.person_class)
-        started, networks = self._clock(), self._networks
+        networks, started = self._open(), self._clock()
         seen = tuple(networks.people(image)) if due and networks.people is not None else None
         drawn: tuple[Detection, ...] = ()
         if draw and networks.masks is not None:

@@ -73,6 +73,8 @@ class CameraNode(GaitNode):
         self._scheduler = DetectorScheduler(
             self.parameters.get(DetectorConfig), threaded=True, clock=time.perf_counter
         )
+        # Before the first frame comes: it takes half a second.
+        self._scheduler.load()
         self._pace = Pace()
         return self._scheduler
 

@@ -12,6 +12,18 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
 
+_MOMENT = 10
+"""Frames that may wait while the work keeps up in the mean."""
+
+_RATE = 0.1
+"""Share of the newest frame in what frames take, and in how often they come."""
+
+_LONGEST_S = 1.0
+"""Time between two frames from which they have paused."""
+
+_TOO_MUCH, _ENOUGH = 1.0, 0.8
+"""Load from which only the newest frame is worth its work, and below which all are again."""
+
 
 class ExactJoin:
     """
@@ -62,19 +74,6 @@ class ExactJoin:
     def _lacking(self, entry: Mapping[str, Any]) -> str:
         """Return the node of the first part that an entry lacks, in the order of the work."""
         return next(stage for part, stage in self._stages.items() if part not in entry)
-
-
-_MOMENT = 10
-"""Frames that may wait while the work keeps up in the mean."""
-
-_RATE = 0.1
-"""Share of the newest frame in what frames take, and in how often they come."""
-
-_LONGEST_S = 1.0
-"""Time between two frames from which they have paused."""
-
-_TOO_MUCH, _ENOUGH = 1.0, 0.8
-"""Load from which only the newest frame is worth its work, and below which all are again."""
 
 
 class Worker:

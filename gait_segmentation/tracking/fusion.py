@@ -134,10 +134,9 @@ class FusionTrack(Track):
                 logit += evidence.logit
                 if evidence.values is not None:
                     self.states[-1].notes[type(cue).__name__] = window, evidence.values
-        # No mask is cut for those who are not published: without one of others they are taken to
-        # be hidden.
+        # Those who are not published are taken to be hidden by others: no mask is cut for them.
         vague = self.slot is None and not self._outlined
-        hidden = not seen or vague
+        hidden = not seen or self.slot is None
         return PixelClaim(
             window, logit, expected, away, pose.feet, pose.height, hidden, template, vague
         )

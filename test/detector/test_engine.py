@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
@@ -11,13 +9,14 @@ from gait_segmentation.detector.engine import Engine
 from gait_segmentation.detector.person_detector import MODEL as DETECTOR
 from gait_segmentation.detector.person_masks import MODEL as MASKS
 from gait_segmentation.errors import DetectorError
-
-PICTURE = cv2.imread(str(Path(__file__).parents[2] / 'docs/images/demo.webp'))[:212]
+from test.networks import demo_picture
 
 
 @pytest.mark.parametrize(('network', 'mean'), [(MASKS, 0.0), (DETECTOR, 127.5)])
 def test_the_same_is_seen_with_and_without_onnx_runtime(monkeypatch, network, mean):
-    blob = cv2.dnn.blobFromImage(cv2.resize(PICTURE[20:200, 420:], (256, 256)), mean=[mean] * 3)
+    blob = cv2.dnn.blobFromImage(
+        cv2.resize(demo_picture()[20:200, 420:], (256, 256)), mean=[mean] * 3
+    )
     fast = Engine(network)(blob)
     monkeypatch.setattr(engine, 'onnx_runtime', lambda: None)
     odds = fast, Engine(network)(blob)

@@ -1,7 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from pathlib import Path
-
 import cv2
 import numpy as np
 import pytest
@@ -9,14 +7,7 @@ import pytest
 from gait_segmentation.detector.person_detector import PersonDetector, default_detector
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
-
-# A woman walks past a building; below is her silhouette.
-PICTURE = Path(__file__).parents[2] / 'docs/images/demo.webp'
-WOMAN = Box(491, 27, 45, 164)
-
-
-def picture():
-    return cv2.imread(str(PICTURE))[:212]
+from test.networks import WOMAN, demo_picture
 
 
 def sure(image):
@@ -26,7 +17,7 @@ def sure(image):
 @pytest.mark.parametrize('scale', [0.5, 1.0, 2.0])
 @pytest.mark.parametrize('mirrored', [False, True])
 def test_a_person_is_seen_where_they_are_whatever_the_size_of_the_image(scale, mirrored):
-    image = picture()
+    image = demo_picture()
     x = image.shape[1] - WOMAN.right if mirrored else WOMAN.x
     image = cv2.resize(image[:, ::-1] if mirrored else image, None, fx=scale, fy=scale)
     (box,) = sure(image)
@@ -39,7 +30,10 @@ def test_nobody_is_seen_where_nothing_is(shape):
 
 
 def test_every_look_gives_the_same():
-    first, second = PersonDetector().people(picture()), default_detector().people(picture())
+    first, second = (
+        PersonDetector().people(demo_picture()),
+        default_detector().people(demo_picture()),
+    )
     assert first == second
     assert first == sorted(first, key=lambda each: -each.score)
 

@@ -1,8 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from pathlib import Path
-
-import cv2
 import numpy as np
 import pytest
 
@@ -10,12 +7,9 @@ from gait_segmentation.detector import person_masks
 from gait_segmentation.detector.detection import Detection
 from gait_segmentation.detector.person_masks import PersonMasks
 from gait_segmentation.geometry import Box
+from test.networks import WOMAN, demo_picture
 
 SIZE = 300
-
-# A woman walks past a building; below is her silhouette.
-PICTURE = cv2.imread(str(Path(__file__).parents[2] / 'docs/images/demo.webp'))[:212]
-WOMAN = Box(491, 27, 45, 164)
 
 
 def red(blob):
@@ -100,7 +94,7 @@ def test_only_so_many_are_drawn_those_first_who_are_new(drawer, most, new, known
 
 
 def test_the_network_draws_a_person_and_nothing_else():
-    (person,), _ = PersonMasks().draw(PICTURE, (), [Detection(WOMAN, 0.9)], 1)
+    (person,), _ = PersonMasks().draw(demo_picture(), (), [Detection(WOMAN, 0.9)], 1)
     found = person.mask.drawn((slice(0, 212), slice(0, 560)), 1.0, (0.0, 0.0)) > 127
     assert Box.around(found).iou(WOMAN) > 0.7
     assert 0.2 < found.sum() / (WOMAN.width * WOMAN.height) < 0.7

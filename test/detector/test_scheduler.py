@@ -144,3 +144,18 @@ def test_a_network_loaded_at_the_first_look_draws_whom_it_sees_then(monkeypatch)
     seen = looks(DetectorScheduler(DetectorConfig(network='people')), boxes=True, urgent=False)
     assert seen[0].people == (SOMEBODY,)
     assert masks.asked[0] == ((), (SOMEBODY,))
+
+
+def test_networks_are_loaded_once_before_the_first_look_if_they_can_be(monkeypatch):
+    loaded = []
+    monkeypatch.setattr(module, 'open_networks', lambda *asked: loaded.append(asked) or DETECTOR)
+    scheduler = DetectorScheduler(DetectorConfig(network='boxes'))
+    scheduler.load()
+    assert loaded == [('boxes', -1)]
+    assert looks(scheduler, urgent=True)[0].people == (SOMEBODY,)
+    assert len(loaded) == 1
+    monkeypatch.undo()
+    missing = DetectorScheduler(DetectorConfig(network='none.onnx'))
+    missing.load()
+    with pytest.raises(DetectorError, match=r'none\.onnx cannot be loaded'):
+        missing.look(IMAGE, 10**9, urgent=True)

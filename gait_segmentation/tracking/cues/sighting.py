@@ -10,20 +10,16 @@ that the track has learnt, so nothing that it knows speaks against it.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.tracking.cues import Cue, CueInput, Evidence
 from gait_segmentation.tracking.state import State
 
-_MARGIN, _FAR = 0.1, 0.25
-"""How far about the box a person may well be, and from which they hardly are, in body heights."""
+_MARGIN = 0.1
+"""How far about the box a person may be, in body heights."""
 
 _BEYOND = -6.0
-"""Log ratio of what is that far away."""
-
-_AT_BORDER = 0.02
-"""How near the border of the image a box ends that says nothing of that side, in its height."""
+"""Log ratio of what is farther away."""
 
 _HELD_NS = 700_000_000
 """Time for which a box counts, as it goes along with the body."""
@@ -59,25 +55,10 @@ class SightingCue(Cue):
         shown = given.drawn is not None or (heat is not None and heat.trust > _TRUSTED)
         if box is None or shown:
             return None
-        (rows, columns), (height, width) = given.window, given.view.shape
-        x = _outside(columns, box.x, box.right, width, _AT_BORDER * box.height)
-        y = _outside(rows, box.y, box.bottom, height, _AT_BORDER * box.height)
-        away = np.maximum(x[None, :], y[:, None]) / np.float32(box.height)
-        return Evidence(_BEYOND * np.clip((away - _MARGIN) / (_FAR - _MARGIN), 0, 1))
-
-
-def _outside(
-    pixels: slice, first: float, last: float, size: int, close: float
-) -> NDArray[np.float32]:
-    """
-    Return how far pixels of one axis are outside of a box, (n,) float32.
-
-    :param pixels: of the window.
-    :param first, last: ends of the box; one at the border of the image is none.
-    :param size: of the image.
-    :param close: how near the border that is.
-    """
-    middle = np.arange(pixels.start, pixels.stop, dtype=np.float32) + np.float32(0.5)
-    before = np.float32(first) - middle if first > close else np.float32(0)
-    beyond = middle - np.float32(last) if last < size - close else np.float32(0)
-    return np.maximum(np.maximum(before, beyond), np.float32(0)) * np.ones_like(middle)
+        margin = _MARGIN * box.height
+        rows, columns = given.window
+        here = box.shifted(-columns.start, -rows.start)
+        height, width = given.logit.shape
+        logit = np.full((height, width), _BEYOND, np.float32)
+        logit[here.padded(margin, margin).slices(width, height)] = 0
+        return Evidence(logit)
