@@ -225,13 +225,18 @@ def write(model: onnx.ModelProto, target: pathlib.Path, expected: str, *, keep: 
     print(f'{len(packed)} bytes, of a network of {len(content)} with SHA-256 {digest}')
 
 
+def options(about: str | None, package: str, target: pathlib.Path) -> argparse.Namespace:
+    """Read a command line that names a package with a network, and where to write another."""
+    parser = argparse.ArgumentParser(description=(about or '').split('\n\n')[0])
+    parser.add_argument('package', metavar=package, type=pathlib.Path)
+    parser.add_argument('--to', type=pathlib.Path, default=target, help='.onnx or .onnx.gz')
+    parser.add_argument('--keep', action='store_true', help='write another result, too')
+    return parser.parse_args()
+
+
 def main() -> None:
     """Convert the network of the package that is named."""
-    parser = argparse.ArgumentParser(description=(__doc__ or '').split('\n\n')[0])
-    parser.add_argument('package', type=pathlib.Path)
-    parser.add_argument('--to', type=pathlib.Path, default=TARGET, help='.onnx or .onnx.gz')
-    parser.add_argument('--keep', action='store_true', help='write another result, too')
-    arguments = parser.parse_args()
+    arguments = options(__doc__, 'package', TARGET)
     graph, blob = sources(arguments.package)
     write(convert(json.loads(graph), blob), arguments.to, RESULT, keep=arguments.keep)
 

@@ -21,9 +21,7 @@ and writes the part of it that draws people, for OpenCV's dnn, 4.6 and later, an
 The network has to have the SHA-256 below; with --keep it is written even if it has not.
 """
 
-import argparse
 import hashlib
-import pathlib
 import sys
 import zipfile
 
@@ -31,7 +29,7 @@ import numpy as np
 import onnx
 import tflite
 
-from convert_detector import HERE, TOP, Network, write
+from convert_detector import HERE, TOP, Network, options, write
 
 TARGET = HERE.parent / 'gait_segmentation' / 'detector' / 'person_masks.onnx.gz'
 MEMBER = 'mediapipe/modules/pose_landmark/pose_landmark_full.tflite'
@@ -142,14 +140,10 @@ def convert(content: bytes) -> onnx.ModelProto:
 
 def main() -> None:
     """Convert the network of the wheel that is named."""
-    parser = argparse.ArgumentParser(description=(__doc__ or '').split('\n\n')[0])
-    parser.add_argument('wheel', type=pathlib.Path)
-    parser.add_argument('--to', type=pathlib.Path, default=TARGET, help='.onnx or .onnx.gz')
-    parser.add_argument('--keep', action='store_true', help='write another result, too')
-    arguments = parser.parse_args()
-    content = zipfile.ZipFile(arguments.wheel).read(MEMBER)
+    arguments = options(__doc__, 'wheel', TARGET)
+    content = zipfile.ZipFile(arguments.package).read(MEMBER)
     if hashlib.sha256(content).hexdigest() != SOURCE:
-        sys.exit(f'{arguments.wheel}: {MEMBER} is not that of version 0.10.14')
+        sys.exit(f'{arguments.package}: {MEMBER} is not that of version 0.10.14')
     write(convert(content), arguments.to, RESULT, keep=arguments.keep)
 
 

@@ -28,7 +28,7 @@ from gait_segmentation.cli.tool import (
     run_tool,
 )
 from gait_segmentation.config import overridden, replaced
-from gait_segmentation.detector.networks import open_networks
+from gait_segmentation.detector.networks import SHIPPED, open_networks
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs.folder import is_picture
@@ -137,7 +137,7 @@ def make_jobs(options: argparse.Namespace) -> list[Job]:
     config = overridden(settings.config, options.set)
     if options.detector:
         config = replaced(config, 'detector', 'network', options.detector)
-    if not options.dask:
+    if config.detector.network not in SHIPPED and not options.dask:
         # Before anything is written.
         open_networks(config.detector.network, config.detector.person_class)
     several = len(options.input) > 1

@@ -16,11 +16,12 @@ from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.detector.detection import Detection
 from gait_segmentation.detector.onnx_file import OnnxFile
 from gait_segmentation.detector.person_detector import default_detector
-from gait_segmentation.detector.person_masks import PersonMasks
+from gait_segmentation.detector.person_masks import PersonMasks, default_masks
 from gait_segmentation.errors import DetectorError
 
 NONE, BOXES, PEOPLE = 'none', 'boxes', 'people'
-"""Networks that have a name."""
+SHIPPED = NONE, BOXES, PEOPLE
+"""Networks that have a name, and are part of the package."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +94,7 @@ def open_networks(name: str, person_class: int = -1) -> Networks:
     if name == BOXES:
         return Networks(default_detector().people)
     if name == PEOPLE:
-        return Networks(default_detector().people, PersonMasks())
+        return Networks(default_detector().people, default_masks())
     path = Path(name)
     if path.suffix != '.onnx':
         raise DetectorError(

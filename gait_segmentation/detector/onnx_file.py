@@ -58,6 +58,7 @@ class OnnxFile:
         self._path = path
         self._session = _opened(path)
         (self.height, self.width), self._type = _input_of(path, self._session)
+        self._input = self._session.get_inputs()[0].name
         tried = self.run(np.zeros((1, 3, self.height, self.width), np.float32))
         self.kind = self._kind(tried.shape)
         # In cells offsets are small; in pixels they go over the whole image.
@@ -73,8 +74,7 @@ class OnnxFile:
     def run(self, blob: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the first output for a blob of one image; DetectorError if there is none."""
         try:
-            name = self._session.get_inputs()[0].name
-            found = self._session.run(None, {name: blob.astype(self._type, copy=False)})
+            found = self._session.run(None, {self._input: blob.astype(self._type, copy=False)})
         except Exception as error:
             raise DetectorError(f'{self._path}: {one_line(error)}') from error
         return np.asarray(found[0], np.float32)

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import cv2
@@ -45,7 +46,7 @@ _LEAST_DRAWN = 20
 
 
 class PersonMasks:
-    """Draws people in single images, each on their own."""
+    """Draws people in single images, each on their own; may be called by several threads."""
 
     def __init__(self, path: Path = MODEL) -> None:
         """Load the network; DetectorError if it cannot be read."""
@@ -117,3 +118,9 @@ def _about(person: Detection) -> Box | None:
     (x, y), scale = person.mask.offset, person.mask.scale
     box = box.shifted(-x, -y).scaled(1 / scale)
     return box if box.iou(person.box) >= _FITS else None
+
+
+@cache
+def default_masks() -> PersonMasks:
+    """Return the masks that all of this process share; DetectorError if they cannot be loaded."""
+    return PersonMasks()

@@ -88,8 +88,7 @@ class CameraNode(GaitNode):
             # Start from the initial box again, as in a bag that loops.
             self.intake.armed = True
         self.intake.take(image, stamp_ns)
-        took_s, step_s = self.load
-        self._scheduler.pace = self._pace.update(took_s / (step_s or 1.0), time.monotonic())
+        self._scheduler.pace = self._pace.update(self.load, time.monotonic())
         seen = self._scheduler.newest
         if seen is not None and seen.error:
             self.warnings.warn('detector', f'nobody is found by the detector: {seen.error}')

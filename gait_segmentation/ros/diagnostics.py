@@ -134,7 +134,7 @@ class Diagnostics:
         node, values = self._node, self._values(now_s)
         text, missing = node.trouble or values['state'], ''
         level = DiagnosticStatus.WARN if node.trouble else DiagnosticStatus.OK
-        took_s, step_s = node.load
+        took_s, step_s = node.frame_times_s
         if took_s > step_s > 0:
             text = (
                 f'{text}: frames take {1e3 * took_s:.0f} ms and come every {1e3 * step_s:.0f}, so '
@@ -175,7 +175,7 @@ class Diagnostics:
             **{each: str(getattr(statistics, each)) for each in counts},
             'latency p50 (ms)': f'{median:.1f}',
             'latency p95 (ms)': f'{high:.1f}',
-            'time of a frame (ms)': f'{1e3 * node.load[0]:.1f}',
+            'time of a frame (ms)': f'{1e3 * node.frame_times_s[0]:.1f}',
             'last stamp (s)': f'{statistics.last_stamp_ns / 1e9:.3f}',
             **node.status(),
             'kernels ready': str(node.stage is not None).lower(),

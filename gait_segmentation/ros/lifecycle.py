@@ -226,10 +226,15 @@ class GaitNode(LifecycleNode):
         return None if self._worker is None else self._worker.failure
 
     @property
-    def load(self) -> tuple[float, float]:
+    def frame_times_s(self) -> tuple[float, float]:
         """Return the time that a frame takes and that between two, in seconds, 0 if not known."""
         worker = self._worker
         return (0.0, 0.0) if worker is None else (worker.took_s, worker.step_s)
+
+    @property
+    def load(self) -> float:
+        """Return what frames take over the time between two, see :class:`Worker`."""
+        return 0.0 if self._worker is None else self._worker.load
 
     def output(self, kind: Any, topic: str, profile: QoSProfile = BETWEEN_NODES) -> Any:
         """Make a publisher that lives until the clean-up."""

@@ -42,7 +42,7 @@ def told(
         outputs=[],
         status=lambda: details or {},
         trouble=trouble,
-        load=load,
+        frame_times_s=load,
         get_fully_qualified_name=lambda: '/a',
         get_logger=lambda: SimpleNamespace(warning=LOGGED.append),
         unstamped=True,

@@ -150,12 +150,12 @@ def test_while_frames_take_longer_than_they_come_the_newest_is_worked_on() -> No
         assert go.acquire(timeout=TIMEOUT_S)
         done.append((number, newest))
 
-    newest, dropped = 0, 0
+    newest = 0
     worker = Worker(0, work, lambda: now_s[0])
     # A frame every 50 ms, each of which takes 100.
     for newest in range(60):
         now_s[0] += 0.05
-        dropped += worker.put(newest)
+        worker.put(newest)
         if newest % 2 == 0:
             if newest:
                 go.release()
