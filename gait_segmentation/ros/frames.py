@@ -4,19 +4,16 @@
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
+from statistics import median
 from typing import Any
 
 _MOMENT = 10
-"""Frames that may wait while the work keeps up in the mean."""
-
-_RATE = 0.1
-"""Share of the newest frame in what frames take, and in how often they come."""
+"""Frames that may wait for a moment, and after which it is known whether the work keeps up."""
 
 _LONGEST_S = 1.0
 """Time between two frames from which they have paused."""
@@ -99,11 +96,9 @@ class Worker:
         :param clock: steady, in seconds.
         """
         self.limit = limit
-        self.took_s, self.step_s = 0.0, 0.0
-        """Time that a frame takes, and that between two, in the mean of late."""
-
         self._clock = clock
-        self._put_s = -math.inf
+        self._took_s = deque[float](maxlen=_MOMENT)
+        self._put_s = deque[float](maxlen=_MOMENT + 1)
         self._overloaded = False
         self.failure: BaseException | None = None
         """An error that has ended the thread."""
@@ -117,17 +112,30 @@ class Worker:
         self._thread.start()
 
     @property
+    def took_s(self) -> float:
+        """Return the time that a frame takes of late: one that waits for kernels is no load."""
+        with self._changed:
+            return median(self._took_s) if self._took_s else 0.0
+
+    @property
+    def step_s(self) -> float:
+        """Return the time between two frames, 0 as long as that is not known."""
+        with self._changed:
+            full = len(self._put_s) > _MOMENT
+            return (self._put_s[-1] - self._put_s[0]) / _MOMENT if full else 0.0
+
+    @property
     def load(self) -> float:
         """Return what frames take over the time between two, 0 as long as that is not known."""
-        return self.took_s / self.step_s if self.step_s else 0.0
+        return self.took_s / step_s if (step_s := self.step_s) else 0.0
 
     def put(self, frame: Any) -> int:
         """Add a frame; return how many were dropped for it."""
         with self._changed:
             now_s = self._clock()
-            if (passed_s := now_s - self._put_s) < _LONGEST_S:
-                self.step_s += (_RATE if self.step_s else 1.0) * (passed_s - self.step_s)
-            self._put_s = now_s
+            if self._put_s and now_s - self._put_s[-1] >= _LONGEST_S:
+                self._put_s.clear()
+            self._put_s.append(now_s)
             self._overloaded = self.load > (_ENOUGH if self._overloaded else _TOO_MUCH)
             limit = self.limit or (1 if self._overloaded else _MOMENT)
             dropped = len(self._frames) if len(self._frames) >= limit else 0
@@ -183,7 +191,7 @@ class Worker:
                 took_s += self._clock() - began_s
                 # Calls are of the frame that comes after them.
                 if isinstance(do, partial) and do.func is self._work:
-                    self.took_s += (_RATE if self.took_s else 1.0) * (took_s - self.took_s)
+                    self._took_s.append(took_s)
                     took_s = 0.0
         except Exception as error:  # For the thread that can end the process.
             self.failure = error

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import queue
 import threading
+import time
 from collections.abc import Iterator
 from random import Random
 
@@ -139,6 +140,19 @@ def test_without_a_limit_ten_may_wait_for_a_moment() -> None:
     assert [busy.worker.put(n) for n in range(11)] == [0] * 10 + [10]
     assert busy.finished() == [10]
     busy.worker.stop()
+
+
+def test_a_few_at_once_after_a_slow_one_are_no_overload() -> None:
+    done: list[int] = []
+    worker = Worker(0, lambda number: (time.sleep(0.02), done.append(number)))
+    for number in range(9):
+        # Two at once, of which the first has not been worked on.
+        assert worker.put(number) == 0
+        if number % 2 == 0:
+            assert worker.drain(TIMEOUT_S)
+    assert worker.drain(TIMEOUT_S)
+    assert (done, worker.load) == (list(range(9)), 0.0)
+    worker.stop()
 
 
 def test_while_frames_take_longer_than_they_come_the_newest_is_worked_on() -> None:
