@@ -21,6 +21,10 @@ PART = 0.4
 """Share of the smaller of two boxes in common from which one may show a part of the other."""
 
 
+_LEAST_DRAWN = 21
+"""Pixels of a mask, as the network gives it, from which it has a box."""
+
+
 @dataclass(frozen=True)
 class SoftMask:
     """
@@ -34,6 +38,19 @@ class SoftMask:
     scale: float
     offset: tuple[float, float]
     limits: Box
+
+    @property
+    def box(self) -> Box | None:
+        """Return the tight box of what is surely theirs, in the image, None if hardly any is."""
+        sure = self.values > 127
+        if np.count_nonzero(sure) < _LEAST_DRAWN or (box := Box.around(sure)) is None:
+            return None
+        x, y = self.offset
+        return box.shifted(-x, -y).scaled(1 / self.scale)
+
+    def box_in(self, asked: Box) -> Box:
+        """Return the box of the person for whom it was asked in some box: that, or their own."""
+        return asked if self.box is None or self.box.iou(asked) < SAME_PERSON else self.box
 
     def drawn(self, window: Window, scale: float, shift: tuple[float, float]) -> NDArray[np.uint8]:
         """
@@ -67,8 +84,8 @@ class Detection:
     """
     A person in an image: a tight box in pixels of the image, and how sure that is (0..1).
 
-    ``mask`` is what a network draws of them, None where none did; ``by_map`` says that they are
-    a region of a heat map.
+    ``mask`` is what a network has drawn of them, None where none did; ``by_map`` says that they
+    are a region of a heat map.
     """
 
     box: Box

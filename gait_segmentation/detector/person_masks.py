@@ -4,8 +4,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -13,7 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.detector.detection import Detection, SoftMask, associate
+from gait_segmentation.detector.detection import SoftMask
 from gait_segmentation.detector.engine import Engine
 from gait_segmentation.geometry import Box
 
@@ -26,12 +24,6 @@ _SQUARE_PX = 256
 _SQUARE, _LOWER = 1.35, 0.03
 """Side of the square about a person, and how far it lies below their middle, in their height."""
 
-_LEAST_SCORE = 0.4
-"""Score from which a person who is not known yet is drawn."""
-
-_FITS = 0.5
-"""Intersection over union of a box and that of the mask in it, from which the latter is better."""
-
 _DRAWN_BEYOND = 0.15
 """How far beyond its box a person may be drawn, in the box's height."""
 
@@ -41,9 +33,6 @@ How near the border of the image a box ends that it may cut off, in the box's he
 person over their width, and the share of them that it may cut off.
 """
 
-_LEAST_DRAWN = 20
-"""Pixels of a mask, as the network gives it, from which it has a box."""
-
 
 class PersonMasks:
     """Draws people in single images, each on their own; may be called by several threads."""
@@ -52,42 +41,9 @@ class PersonMasks:
         """Load the network; DetectorError if it cannot be read."""
         self._network = Engine(path)
 
-    def draw(
-        self,
-        image: NDArray[np.uint8],
-        people: Sequence[Box],
-        seen: Sequence[Detection] | None,
-        most: int,
-    ) -> tuple[tuple[Detection, ...] | None, tuple[Detection, ...]]:
-        """
-        Draw who is seen and who is known, those first who are new.
-
-        :param image: (H, W, 3) uint8 BGR.
-        :param people: boxes of who is known in it, who needs a mask most first.
-        :param seen: whom a detector sees in it, None if it did not look.
-        :param most: number of masks.
-        :returns: whom it sees, some with masks, and detections (score 0) of the others drawn.
-        """
-        masked, drawn = list(seen or ()), []
-        pairs = associate([[box] for box in people], masked)
-        new = [
-            number
-            for number, each in enumerate(masked)
-            if number not in pairs.values() and each.score >= _LEAST_SCORE
-        ]
-        new.sort(key=lambda number: -masked[number].score)
-        for number in new[:most]:
-            masked[number] = self._draw(image, masked[number])
-        for index in range(min(max(most - len(new), 0), len(people))):
-            if index in pairs:
-                masked[pairs[index]] = self._draw(image, masked[pairs[index]])
-            else:
-                person = self._draw(image, Detection(people[index], 0.0))
-                drawn.append(replace(person, box=_about(person) or person.box))
-        return None if seen is None else tuple(masked), tuple(drawn)
-
-    def _draw(self, image: NDArray[np.uint8], person: Detection) -> Detection:
-        box = _whole(person.box, image.shape[0])
+    def draw(self, image: NDArray[np.uint8], person: Box) -> SoftMask:
+        """Draw the person in a box of an image, (H, W, 3) uint8 BGR."""
+        box = _whole(person, image.shape[0])
         scale = _SQUARE_PX / (_SQUARE * max(box.width, box.height))
         x, y = box.center_x, box.center_y + _LOWER * box.height
         offset = _SQUARE_PX / 2 - scale * x, _SQUARE_PX / 2 - scale * y
@@ -97,7 +53,7 @@ class PersonMasks:
         values = np.rint(255 / (1 + np.exp(-np.clip(odds, -20, 20)))).astype(np.uint8)
         beyond = _DRAWN_BEYOND * box.height
         limits = box.padded(beyond, beyond)
-        return replace(person, mask=SoftMask(values, scale, offset, limits))
+        return SoftMask(values, scale, offset, limits)
 
 
 def _whole(box: Box, height: int) -> Box:
@@ -106,18 +62,6 @@ def _whole(box: Box, height: int) -> Box:
         return box
     most = box.height / (1 - _MOST_HIDDEN)
     return Box(box.x, box.y, box.width, max(box.height, min(_LONGEST * box.width, most)))
-
-
-def _about(person: Detection) -> Box | None:
-    """Return the box about what is drawn of a person, None if it is hardly in their box."""
-    assert person.mask is not None
-    sure = person.mask.values > 127
-    box = Box.around(sure) if np.count_nonzero(sure) > _LEAST_DRAWN else None
-    if box is None:
-        return None
-    (x, y), scale = person.mask.offset, person.mask.scale
-    box = box.shifted(-x, -y).scaled(1 / scale)
-    return box if box.iou(person.box) >= _FITS else None
 
 
 @cache

@@ -14,10 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.detector.detection import Detection
+from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.detector.networks import (
     BOXES,
     NONE,
+    PEOPLE,
     DetectorConfig,
     Networks,
     open_networks,
@@ -36,14 +37,13 @@ class Detections:
     """
     What the networks saw in the frame of a stamp.
 
-    ``people`` are those of a detector, None where it did not look; ``drawn`` those about whom it
-    was asked for a mask, and ``heat_map`` is (h, w) uint8, P(person) of any of them, if there is a
-    network for that; ``error`` says why nothing can be seen.
+    ``people`` are those of a detector, None where it did not look, and ``heat_map`` is (h, w)
+    uint8, P(person) of any of them, if there is a network for that; ``error`` says why nothing can
+    be seen.
     """
 
     stamp_ns: int
     people: tuple[Detection, ...] | None
-    drawn: tuple[Detection, ...] = ()
     heat_map: NDArray[np.uint8] | None = None
     seconds: float = 0.0
     error: str = ''
@@ -54,8 +54,9 @@ class DetectorScheduler:
     Decides which frames the networks look at, and has them look.
 
     In lockstep they look at once, so that every run gives the same bits.  With threads of its own
-    no frame waits for them: they look at the newest frame when they have done with the last one,
-    and what they saw comes some frames late.
+    no frame waits for a look: they look at the newest frame when they have done with the last one,
+    and what they saw comes some frames late.  Masks are always drawn at once: one that is late
+    costs more than the time it takes, as limbs have gone on.
     """
 
     def __init__(
@@ -89,7 +90,7 @@ class DetectorScheduler:
     def reset(self) -> None:
         """Look at the next frame, whatever its stamp is."""
         self._last_ns: int | None = None
-        self._stamp_ns: int | None = None
+        self._drawn_ns: int | None = None
         self._masks = float(_MOST_DRAWN)
         self._running: Future[Detections] | None = None
         self.newest: Detections | None = None
@@ -109,7 +110,6 @@ class DetectorScheduler:
         self,
         image: NDArray[np.uint8],
         stamp_ns: int,
-        people: Sequence[Box] = (),
         *,
         boxes: bool = True,
         urgent: bool,
@@ -119,7 +119,6 @@ class DetectorScheduler:
 
         :param image: (H, W, 3) uint8 BGR; with a thread it must not be written to any more.
         :param stamp_ns: its stamp.
-        :param people: boxes of who is known in it, who needs a mask most first.
         :param boxes: whether it is asked who is in the image.
         :param urgent: whether somebody is missing.
         :returns: what was seen since the last call, in this frame or one before, if there was a
@@ -135,57 +134,61 @@ class DetectorScheduler:
             if seen.people is not None or seen.error or self.newest is None:
                 self.newest = seen
         config, networks = self._config, self._networks
-        since_s = 0.0 if self._stamp_ns is None else (stamp_ns - self._stamp_ns) / 1e9
-        self._masks = min(self._masks + self.pace * config.mask_rate * since_s, _MOST_DRAWN)
-        self._stamp_ns = stamp_ns
-        # Which networks a file has is known once it is loaded.
-        draws = config.network not in (BOXES, NONE)
+        # Whether a file draws maps is known once it is loaded.
+        maps = config.network not in (PEOPLE, BOXES, NONE)
         if networks is not None:
-            masks = networks.masks is not None and self._masks >= 1 and bool(people)
-            draws = masks or networks.heat_map is not None
+            maps = networks.heat_map is not None
         period_s = config.urgent_period if urgent else config.calm_period
         passed = self._last_ns is None or stamp_ns - self._last_ns >= round(
             1e9 * period_s / self.pace
         )
         due = boxes and passed and config.network != NONE
-        if self._blind or not (due or draws):
+        if self._blind or not (due or maps):
             return seen
         if due:
             self._last_ns = stamp_ns
         if self.pools is None:
-            self.newest = self._detections(image, stamp_ns, people, due=due)
+            self.newest = self._detections(image, stamp_ns, due)
             return self.newest
-        self._running = self.pools[urgent].submit(self._tried, image, stamp_ns, people, due)
+        self._running = self.pools[urgent].submit(self._tried, image, stamp_ns, due)
         return seen
 
-    def _tried(
-        self, image: NDArray[np.uint8], stamp_ns: int, people: Sequence[Box], due: bool
-    ) -> Detections:
+    def draw(
+        self, image: NDArray[np.uint8], stamp_ns: int, people: Sequence[Box]
+    ) -> list[SoftMask]:
+        """
+        Draw people in a frame, the first of them, as many as there is time for.
+
+        :param image: (H, W, 3) uint8 BGR.
+        :param stamp_ns: its stamp.
+        :param people: the boxes about them, who needs a mask most first.
+        :raises DetectorError: in lockstep, if the networks cannot be loaded.
+        """
+        since_s = 0.0 if self._drawn_ns is None else (stamp_ns - self._drawn_ns) / 1e9
+        rate = self.pace * self._config.mask_rate
+        self._masks, self._drawn_ns = min(self._masks + rate * since_s, _MOST_DRAWN), stamp_ns
+        if not people or self._config.network in (BOXES, NONE):
+            return []
+        networks = self._open() if self.pools is None else self._networks
+        if networks is None or networks.masks is None:
+            return []
+        drawn = [networks.masks.draw(image, box) for box in people[: int(self._masks)]]
+        self._masks -= len(drawn)
+        return drawn
+
+    def _tried(self, image: NDArray[np.uint8], stamp_ns: int, due: bool) -> Detections:
         try:
             with self._lock:
-                # Who is there is told before they are drawn, in the next image: neither is late.
-                return self._detections(image, stamp_ns, people, due=due, draw=not due)
+                return self._detections(image, stamp_ns, due)
         except GaitSegmentationError as error:
             self._blind = self._networks is None
             return Detections(stamp_ns, None, error=str(error))
 
-    def _detections(
-        self,
-        image: NDArray[np.uint8],
-        stamp_ns: int,
-        people: Sequence[Box],
-        *,
-        due: bool,
-        draw: bool = True,
-    ) -> Detections:
+    def _detections(self, image: NDArray[np.uint8], stamp_ns: int, due: bool) -> Detections:
         networks, started = self._open(), self._clock()
         seen = tuple(networks.people(image)) if due and networks.people is not None else None
-        drawn: tuple[Detection, ...] = ()
-        if draw and networks.masks is not None:
-            seen, drawn = networks.masks.draw(image, people, seen, int(self._masks))
-            self._masks -= sum(each.mask is not None for each in (*(seen or ()), *drawn))
-        heat_map = networks.heat_map(image) if draw and networks.heat_map is not None else None
-        return Detections(stamp_ns, seen, drawn, heat_map, self._clock() - started)
+        heat_map = networks.heat_map(image) if networks.heat_map is not None else None
+        return Detections(stamp_ns, seen, heat_map, self._clock() - started)
 
 
 def _give_way() -> None:

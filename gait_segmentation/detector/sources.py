@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.detector.detection import Detection
+from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.detector.map_regions import MapRegions
 from gait_segmentation.detector.scheduler import DetectorScheduler
 from gait_segmentation.gait_model.bank import TemplateBank
@@ -28,20 +28,14 @@ class Seen(NamedTuple):
     What is said of people at a frame.
 
     ``people`` are those that a detector saw, in the frame of ``stamp_ns``, None where it did not
-    look; ``drawn`` those about whom it was asked for a mask, ``by_map`` the regions of the newest
-    heat map, and ``heat`` that map, None if there is none.
+    look; ``by_map`` are the regions of the newest heat map, and ``heat`` is that map, None if
+    there is none.
     """
 
     stamp_ns: int
     people: tuple[Detection, ...] | None = None
-    drawn: tuple[Detection, ...] = ()
     by_map: tuple[Detection, ...] = ()
     heat: HeatMap | None = None
-
-    @property
-    def masked(self) -> list[Detection]:
-        """Return whom a network has drawn."""
-        return [each for each in (*(self.people or ()), *self.drawn) if each.mask is not None]
 
 
 class Sources:
@@ -70,7 +64,6 @@ class Sources:
         self,
         image: NDArray[np.uint8],
         stamp_ns: int,
-        known: Sequence[Box],
         *,
         boxes: bool,
         bodies: tuple[Sequence[Box], Sequence[Box]],
@@ -81,13 +74,12 @@ class Sources:
         Take in a frame, and return what is said of it and of the last ones.
 
         :param image: (H, W, 3) uint8 BGR.
-        :param known: boxes of who is tracked in it, who needs a mask most first.
         :param boxes: whether it is asked who is in the image.
         :param bodies: of who is tracked, and of who is lost.
         :param urgent: whether somebody is missing.
         :param heat_map_age: up to which a heat map counts, in seconds.
         """
-        seen = self._scheduler.look(image, stamp_ns, known, boxes=boxes, urgent=urgent)
+        seen = self._scheduler.look(image, stamp_ns, boxes=boxes, urgent=urgent)
         if seen is not None and seen.heat_map is not None:
             self.add_heat_map(seen.heat_map, seen.stamp_ns)
         heat = self._heat_maps.newest(image, stamp_ns, heat_map_age)
@@ -98,7 +90,14 @@ class Sources:
             by_map = self._regions.detect(heat, source, least, *bodies)
         if seen is None or stamp_ns - seen.stamp_ns > _LATEST_NS:
             return Seen(stamp_ns, by_map=tuple(by_map), heat=heat)
-        people = seen.people
-        if people is not None:
-            people = tuple(map(self._regions.rated, people))
-        return Seen(seen.stamp_ns, people, seen.drawn, tuple(by_map), heat)
+        return Seen(seen.stamp_ns, seen.people, tuple(by_map), heat)
+
+    def draw(
+        self, image: NDArray[np.uint8], stamp_ns: int, people: Sequence[Box]
+    ) -> list[SoftMask]:
+        """Draw people, see :meth:`.DetectorScheduler.draw`."""
+        return self._scheduler.draw(image, stamp_ns, people)
+
+    def rated(self, person: Detection) -> Detection:
+        """Return a detection with the score it has by its mask, see :meth:`.MapRegions.rated`."""
+        return self._regions.rated(person)

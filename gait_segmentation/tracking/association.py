@@ -52,8 +52,6 @@ def explain(tracks: Sequence[Track], seen: Seen) -> list[Detection]:
     """
     tracked = [track for track in tracks if track.state == TRACKED]
     sought = [track.sought_in(seen.stamp_ns) for track in tracked]
-    for number, index in associate(sought, seen.drawn).items():
-        tracked[number].see(seen.drawn[index], seen.stamp_ns)
     if seen.people is None:
         return []
     pairs = associate(sought, seen.people)

@@ -6,8 +6,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import zip_longest
 
-from gait_segmentation.detector.detection import PART, Detection, associate
+from gait_segmentation.detector.detection import PART, Detection, SoftMask
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import TRACKED
 from gait_segmentation.scene.place import PlaceMemory
@@ -44,19 +45,18 @@ class Beginner:
             place.update([slim(track.body) for track in published if track.state == TRACKED])
 
     def begin_given(
-        self, scene: Scene, people: People, boxes: Sequence[Box], drawn: Sequence[Detection]
+        self, scene: Scene, people: People, boxes: Sequence[Box], masks: Sequence[SoftMask]
     ) -> None:
         """
         Begin with the people in boxes that were given, in source pixels.
 
-        :param drawn: whom a network has drawn in the newest frame.
+        :param masks: what a network has drawn in the first of them.
         """
         begun: list[Track] = []
-        for box in boxes:
+        for box, mask in zip_longest(boxes, masks):
             slot = people.slot_for(box, begun)
             people.free(slot)
-            pairs, existence = associate([[box]], drawn), Existence(scene.stamp_ns, given=True)
-            given = Detection(box, 1.0, drawn[pairs[0]].mask if pairs else None)
+            given, existence = Detection(box, 1.0, mask), Existence(scene.stamp_ns, given=True)
             view, start = self._estimate(scene, people, given)
             begun.append(self._factory.make(view, start, given, existence, slot=slot))
             people.add(begun[-1])

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from itertools import count
 
 from gait_segmentation.detector.detection import Detection
@@ -81,7 +80,7 @@ class TrackFactory:
             by_map=slot is None and detection.by_map,
         )
         if detection.mask is not None:
-            track.see(replace(detection, score=0.0), view.now.image.stamp_ns)
+            track.take_mask(detection.mask, detection.box)
         return track
 
     def tight(self, detection: Detection) -> Box:

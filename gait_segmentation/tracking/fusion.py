@@ -149,13 +149,21 @@ class FusionTrack(Track):
         return self._drawn if age_ns <= 1e9 * self.config.heat_map_age else None
 
     def see(self, detection: Detection, stamp_ns: int) -> None:
-        """Take in where a detector saw the person, and what was drawn of them."""
+        """Take in where a detector saw the person."""
         super().see(detection, stamp_ns)
-        state = self.state_at(stamp_ns)
+        self._see_in(detection.box, self.state_at(stamp_ns))
+
+    def _see_in(self, box: Box, state: State) -> None:
         if self.config.use_sightings:
-            self.sighting.see(detection.box.scaled(self.view.scale), state)
-        if detection.mask is not None:
-            self._drawn, self._outlined = (detection.mask, state), True
+            self.sighting.see(box.scaled(self.view.scale), state)
+
+    def take_mask(self, mask: SoftMask, box: Box) -> None:
+        """Take in what a network has drawn of the person; see the base class."""
+        super().take_mask(mask, box)
+        now = self.states[-1]
+        self._drawn, self._outlined = (mask, now), True
+        if self.sighting.newest is not now:
+            self._see_in(mask.box_in(box), now)
 
     def sought_in(self, stamp_ns: int) -> tuple[Box, ...]:
         """Return where a detector may see them: where it did last, if it did of late."""

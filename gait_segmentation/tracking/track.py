@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.detector.detection import Detection
+from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.geometry import REACH, Box, body_window
 from gait_segmentation.images import Window, distance_from, overlap, placed, size_of, within
 from gait_segmentation.results import LOST, TRACKED, FeatureWeight, Feedback, TrackResult
@@ -179,11 +179,16 @@ class Track(ABC):
 
     def see(self, detection: Detection, stamp_ns: int) -> None:
         """Take in where a detector saw the person in the frame of a stamp, and how clearly."""
-        if detection.mask is not None:
-            self.masked_ns = stamp_ns
-        if detection.score:
-            share = detection.box.height / max(self.view.source)
-            self.existence = self.existence.seen(detection.score, share)
+        share = detection.box.height / max(self.view.source)
+        self.existence = self.existence.seen(detection.score, share)
+
+    def take_mask(self, mask: SoftMask, box: Box) -> None:
+        """
+        Take in what a network has drawn of the person in the newest frame.
+
+        :param box: in which it was asked to, in source pixels.
+        """
+        self.masked_ns = self.view.now.image.stamp_ns
 
     def overlook(self) -> None:
         """Take in that a detector did not see the person where they should be."""

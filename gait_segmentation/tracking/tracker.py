@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import NO_CHROMA, NO_GRADIENT
-from gait_segmentation.detector.detection import PART
+from gait_segmentation.detector.detection import PART, Detection, SoftMask
 from gait_segmentation.detector.scheduler import DetectorScheduler
 from gait_segmentation.detector.sources import Seen, Sources
 from gait_segmentation.errors import InputError
@@ -31,8 +31,10 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.factory import TrackFactory
 from gait_segmentation.tracking.life_cycle import GAP_S
 from gait_segmentation.tracking.people import People
-from gait_segmentation.tracking.tentative import Tentative
 from gait_segmentation.tracking.track import Track
+
+_DRAWN = 0.4
+"""Score from which a person who is not known yet is drawn."""
 
 
 class PeopleTracker:
@@ -174,13 +176,14 @@ class PeopleTracker:
         # Before the boxes: what the camera saw until now tells what in them is the person.
         at_first = bool(given) and not scene.views
         self._predict(scene, image)
-        seen = self._look(image, given)
+        seen = self._look(image)
         scene.show(seen.heat)
-        found = self._associate(scene, seen)
+        new = self._associate(scene, seen)
+        masks, new = self._draw(image, given, new, late=seen.stamp_ns < stamp_ns)
         people = self._people
+        found = people.follow(new, seen.stamp_ns, seen.by_map, scene)
         self._beginner.remember(scene, people, wanted=not (at_first or self._is_given))
-        drawn = seen.masked if seen.stamp_ns == stamp_ns else []
-        self._beginner.begin_given(scene, people, given, drawn)
+        self._beginner.begin_given(scene, people, given, masks)
         self._beginner.begin_found(scene, people, found, given=self._is_given)
         likelihoods = self._observe(scene)
         return self._results(scene, likelihoods)
@@ -251,25 +254,23 @@ class PeopleTracker:
                 track.fade(NO_GRADIENT if track.view.now.image.textured else NO_CHROMA)
             track.predict(silhouettes.get(track.track_id))
 
-    def _look(self, image: NDArray[np.uint8], given: Sequence[Box]) -> Seen:
-        """Have everybody look who sees people; boxes are given of who is to begin."""
-        people, stamp_ns = self._people, self._stamp_ns
-        first = sorted(people.tracked, key=lambda track: _need(track, stamp_ns), reverse=True)
+    def _look(self, image: NDArray[np.uint8]) -> Seen:
+        """Have everybody look who sees people."""
+        people = self._people
         return self._sources.look(
             image,
-            stamp_ns,
-            [*given, *(track.sought_in(stamp_ns)[-1] for track in first)],
+            self._stamp_ns,
             boxes=bool(self.tracks()) or not self._given,
             bodies=people.bodies,
             urgent=people.is_missing(others=not self._given),
             heat_map_age=self.config.heat_map_age,
         )
 
-    def _associate(self, scene: Scene, seen: Seen) -> list[Tentative]:
+    def _associate(self, scene: Scene, seen: Seen) -> list[Detection]:
         """
-        Give detections to tracks, each in the frame that they are of, and go on with the rest.
+        Give detections to tracks, each in the frame that they are of.
 
-        :returns: tentative tracks that were detected.
+        :returns: those of nobody who is tracked, the best first.
         """
         least = self.starting.least_height * max(scene.source)
         others = [
@@ -278,7 +279,39 @@ class PeopleTracker:
             if each.box.height >= least
             and all(each.box.common_share(other.box) <= PART for other in seen.by_map)
         ]
-        return self._people.follow(others, seen.stamp_ns, seen.by_map, scene)
+        return sorted(others, key=lambda each: -each.score)
+
+    def _draw(
+        self,
+        image: NDArray[np.uint8],
+        given: Sequence[Box],
+        new: Sequence[Detection],
+        *,
+        late: bool,
+    ) -> tuple[list[SoftMask], list[Detection]]:
+        """
+        Have people drawn in the newest frame, those first who are to begin.
+
+        :param given: boxes of who is to begin.
+        :param new: whom a detector saw and nobody tracks, the best first.
+        :param late: whether that was in an earlier frame, so that a mask tells better where.
+        :returns: the masks in the boxes given, as far as they are drawn, and who is new.
+        """
+        stamp_ns, tracked = self._stamp_ns, self._people.tracked
+        known = sorted(tracked, key=lambda track: _need(track, stamp_ns), reverse=True)
+        sought = [track.sought_in(stamp_ns)[-1] for track in known]
+        boxes = [*given, *(each.box for each in new if each.score >= _DRAWN)]
+        masks = self._sources.draw(image, stamp_ns, [*boxes, *sought])
+        for track, mask, box in zip(known, masks[len(boxes) :], sought, strict=False):
+            track.take_mask(mask, box)
+        of_new = masks[len(given) : len(boxes)]
+        drawn = [
+            self._sources.rated(
+                replace(each, mask=mask, box=mask.box_in(each.box) if late else each.box)
+            )
+            for each, mask in zip(new, of_new, strict=False)
+        ]
+        return masks[: len(given)], [*drawn, *new[len(drawn) :]]
 
     def _observe(self, scene: Scene) -> dict[int, NDArray[np.uint8]]:
         """Compute the likelihoods of a frame, refine the boxes by them, and look for the lost."""

@@ -19,14 +19,14 @@ DETECTOR = Networks(lambda image: [SOMEBODY])
 
 
 class Masks:
-    """Draws nobody, and remembers who was known and who was seen."""
+    """Draws the same of everybody, and remembers who that was."""
 
     def __init__(self):
-        self.asked = []
+        self.drawn = []
 
-    def draw(self, image, people, seen, most):
-        self.asked.append((tuple(people), seen))
-        return seen, tuple(Detection(box, 0.0, MASK) for box in people[:most])
+    def draw(self, image, box):
+        self.drawn.append(box)
+        return MASK
 
 
 def looks(scheduler, period_ms=40, frames=50, **asked):
@@ -61,16 +61,27 @@ def test_a_map_is_made_of_every_frame():
     assert all(each.heat_map.shape == (4, 4) and each.people is None for each in seen.values())
 
 
+@pytest.mark.parametrize('threaded', [False, True])
 @pytest.mark.parametrize(('rate', 'people'), [(25.0, 1), (12.5, 1), (25.0, 2), (10.0, 4)])
-def test_only_so_many_masks_are_drawn_in_a_second(rate, people):
-    masks, boxes = Masks(), [Box(1, 1, 2, 3)] * people
+def test_only_so_many_masks_are_drawn_in_a_second_those_first_who_need_one(rate, people, threaded):
+    masks, boxes = Masks(), [Box(1, 1, 2, 3 + k) for k in range(people)]
     config = DetectorConfig(mask_rate=rate)
-    scheduler = DetectorScheduler(config, DETECTOR._replace(masks=masks))
-    seen = looks(scheduler, boxes=False, urgent=False, people=boxes)
-    numbers = [len(seen[number].drawn) if number in seen else 0 for number in range(50)]
+    scheduler = DetectorScheduler(config, DETECTOR._replace(masks=masks), threaded=threaded)
+    numbers = []
+    for number in range(50):
+        drawn = scheduler.draw(IMAGE, (number + 1) * 40_000_000, boxes)
+        assert masks.drawn[sum(numbers) :] == boxes[: len(drawn)]
+        numbers.append(len(drawn))
     # Those of one image may be drawn ahead.
     assert numbers[0] == people
     assert 0 <= sum(numbers) - rate * 49 * 0.04 <= 5
+
+
+@pytest.mark.parametrize('network', ['boxes', 'none'])
+def test_what_does_not_draw_draws_nobody(monkeypatch, network):
+    monkeypatch.setattr(module, 'open_networks', lambda *_: pytest.fail('it was loaded'))
+    scheduler = DetectorScheduler(DetectorConfig(network=network))
+    assert scheduler.draw(IMAGE, 10**9, [SOMEBODY.box]) == []
 
 
 def test_no_network_looks_at_nothing(monkeypatch):
@@ -123,29 +134,6 @@ def test_what_cannot_be_loaded_is_said_once_by_a_thread_and_always_in_lockstep()
     assert 'FILE.onnx' in scheduler.newest.error
 
 
-def test_in_a_thread_people_are_told_before_they_are_drawn():
-    masks = Masks()
-    scheduler = DetectorScheduler(networks=DETECTOR._replace(masks=masks), threaded=True)
-    said = []
-    for number in range(6):
-        stamp_ns = (2 + number) * 40_000_000
-        said.append(scheduler.look(IMAGE, stamp_ns, [SOMEBODY.box], urgent=True))
-        done(scheduler)
-    assert said[0] is None
-    assert [each.people is not None for each in said[1:]] == [True, False, False, True, False]
-    assert [len(each.drawn) for each in said[1:]] == [0, 1, 1, 0, 1]
-    assert scheduler.newest.people == (SOMEBODY,)
-
-
-def test_a_network_loaded_at_the_first_look_draws_whom_it_sees_then(monkeypatch):
-    masks = Masks()
-    made = DETECTOR._replace(masks=masks)
-    monkeypatch.setattr(module, 'open_networks', lambda *_: made)
-    seen = looks(DetectorScheduler(DetectorConfig(network='people')), boxes=True, urgent=False)
-    assert seen[0].people == (SOMEBODY,)
-    assert masks.asked[0] == ((), (SOMEBODY,))
-
-
 def test_networks_are_loaded_once_before_the_first_look_if_they_can_be(monkeypatch):
     loaded = []
     monkeypatch.setattr(module, 'open_networks', lambda *asked: loaded.append(asked) or DETECTOR)
@@ -153,6 +141,7 @@ def test_networks_are_loaded_once_before_the_first_look_if_they_can_be(monkeypat
     scheduler.load()
     assert loaded == [('boxes', -1)]
     assert looks(scheduler, urgent=True)[0].people == (SOMEBODY,)
+    assert scheduler.draw(IMAGE, 10**9, [SOMEBODY.box]) == []
     assert len(loaded) == 1
     monkeypatch.undo()
     missing = DetectorScheduler(DetectorConfig(network='none.onnx'))

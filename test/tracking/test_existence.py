@@ -180,7 +180,7 @@ class Late(DetectorScheduler):
     def see(self, figure, stamp_ns):
         self._seen.append(Detections(stamp_ns, (Detection(figure.box, 0.9),)))
 
-    def look(self, image, stamp_ns, people=(), *, boxes=True, urgent):
+    def look(self, image, stamp_ns, *, boxes=True, urgent):
         return self._seen[-1 - self._frames] if len(self._seen) > self._frames else None
 
 

@@ -4,14 +4,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import deque
+from typing import Any
 
 import numpy as np
 import pytest
 
 from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.detector.networks import DetectorConfig, Networks
-from gait_segmentation.detector.scheduler import DetectorScheduler
+from gait_segmentation.detector.scheduler import Detections, DetectorScheduler
 from gait_segmentation.geometry import Box
 from test.tracking.figures import BLUE, GREEN, RED, Figure, Told, ids, picture, walk, watched
 
@@ -51,24 +52,12 @@ class Masks:
     """A network that draws for each known box the figure that is nearest to it."""
 
     def __init__(self, figures: list[Figure]) -> None:
-        self.figures = figures
+        self.figures, self.asked = figures, list[Box]()
 
-    def _mask(self, box: Box) -> SoftMask:
+    def draw(self, image: np.ndarray, box: Box) -> SoftMask:
+        self.asked.append(box)
         nearest = max(self.figures, key=lambda figure: figure.box.iou(box))
         return SoftMask(nearest.mask(), 1.0, (0.0, 0.0), box.padded(20, 20))
-
-    def draw(
-        self,
-        image: np.ndarray,
-        people: Sequence[Box],
-        seen: Sequence[Detection] | None,
-        most: int,
-    ) -> tuple[tuple[Detection, ...] | None, tuple[Detection, ...]]:
-        drawn = tuple(Detection(box, 0.0, self._mask(box)) for box in people)
-        found = seen and tuple(
-            Detection(each.box, each.score, self._mask(each.box)) for each in seen
-        )
-        return found, drawn
 
 
 def test_the_mask_of_one_person_is_evidence_for_them_alone() -> None:
@@ -84,6 +73,51 @@ def test_the_mask_of_one_person_is_evidence_for_them_alone() -> None:
         other = (shown[1 - own] > 0) & (figures[own].mask() == 0)
         assert (result.likelihood[other] > 127).mean() < 0.1
         assert (result.likelihood[shown[own] > 0] > 127).mean() > 0.8
+
+
+def test_who_is_new_and_seen_clearly_is_drawn_before_who_is_known() -> None:
+    figures = [Figure(60, RED)]
+    masks, scores = Masks(figures), iter([0.9, 0.9, 0.3])
+
+    def people(image: np.ndarray) -> list[Detection]:
+        return [Detection(each.box, next(scores)) for each in figures]
+
+    told = Told(2, scheduler=DetectorScheduler(EVERY, Networks(people, masks)))
+    told.show(*figures)
+    assert masks.asked == [figures[0].box]
+    figures.append(Figure(160, BLUE))
+    scores = iter([0.9, 0.3])
+    told.show(*figures)
+    assert [box.iou(figures[0].box) > 0.5 for box in masks.asked[1:]] == [True]
+    scores = iter([0.9, 0.8])
+    told.show(*figures)
+    new, known = masks.asked[2:]
+    assert (new, known.iou(figures[0].box) > 0.5) == (figures[1].box, True)
+
+
+class Late(DetectorScheduler):
+    """Says so many frames later who was there."""
+
+    def __init__(self, networks: Networks, frames: int) -> None:
+        super().__init__(EVERY, networks)
+        self._late: deque[Detections | None] = deque([None] * frames)
+
+    def look(self, *asked: Any, **how: Any) -> Detections | None:
+        self._late.append(super().look(*asked, **how))
+        return self._late.popleft()
+
+
+def test_who_is_found_late_begins_where_they_are_drawn_now() -> None:
+    figures: list[Figure] = []
+    networks = Networks(
+        lambda image: [Detection(each.box, 0.9) for each in figures], Masks(figures)
+    )
+    told = Told(1, scheduler=Late(networks, 4))
+    for figure in walk(Figure(60, RED), 5, 4.0):
+        figures[:] = [figure]
+        (result,) = told.show(figure)
+    assert result.track_id == 1
+    assert result.box.iou(figure.box) > 0.9
 
 
 def test_a_box_that_is_given_begins_with_the_mask_of_who_is_in_it() -> None:

@@ -39,6 +39,11 @@ class SightingCue(Cue):
         """Take in a box in working pixels, in the frame of a state."""
         self._seen = box, state
 
+    @property
+    def newest(self) -> State | None:
+        """Return the state in whose frame they were seen last."""
+        return None if self._seen is None else self._seen[1]
+
     def box_in(self, state: State) -> Box | None:
         """Return the last box as it has gone along with the body, None without one of late."""
         if self._seen is None:
