@@ -36,13 +36,13 @@ CONFIGS = {
 }
 
 
-LONG = 40
-"""Frames in which a walker is found without a box."""
+SHORT, LONG = 12, 20
+"""Frames of films with first boxes, and in which a walker is found without a box."""
 
 
 def film_for(name: str) -> tuple[SyntheticFrame, ...]:
     """Return a film of as many people as are looked for, long enough to find them if need be."""
-    return couple() if name == 'two' else clip(frames=LONG if name == 'found' else 16)
+    return couple() if name == 'two' else clip(frames=LONG if name == 'found' else SHORT)
 
 
 def played(
@@ -56,7 +56,7 @@ def played(
     results = []
     for number, frame in enumerate(frames):
         stamp_ns = frame.stamp_ns + later_ns
-        if number == 0 and len(frames) < LONG:
+        if number == 0 and len(frames) <= len(clip()):
             for slot in range(pipe.config.people.max_people):
                 pipe.initialize(box_of(frame, slot))
         heat = frame.masks[0] if maps else None

@@ -41,7 +41,7 @@ PARSERS = {
     'gait_replay': replay.parser,
 }
 RUN = {'gait_evaluate': evaluate.main, 'gait_figures': figures.main}
-FRAMES = 6
+FRAMES, FEW = 4, 2
 
 
 def without_code(text: str) -> str:
@@ -143,12 +143,12 @@ def commands() -> list[str]:
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Have a few frames of the example wherever the documents have clips."""
     whole, short = ROOT / 'examples/walker', tmp_path / 'examples/walker'
-    for number in range(FRAMES):
+    for number in range(FEW):
         for name in (f'frames/{number:04d}.jpg', f'masks/{number:04d}.png'):
             (short / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy(whole / name, short / name)
     about = yaml.safe_load((whole / 'sequence.yaml').read_text())
-    about['phases'] = about['phases'][:FRAMES]
+    about['phases'] = about['phases'][:FEW]
     (short / 'sequence.yaml').write_text(yaml.safe_dump(about))
     monkeypatch.chdir(tmp_path)
     return short

@@ -101,11 +101,11 @@ def two_close() -> Play:
 
 
 def unannounced() -> Play:
-    return [frame.image for frame in clip(frames=40)], []
+    return panned()[0], []
 
 
 def sunny() -> Play:
-    frames = sunlit()
+    frames = sunlit(FRAMES)
     return [frame.image for frame in frames], [box_of(frames[0])]
 
 

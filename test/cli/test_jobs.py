@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Several inputs at a time, in processes and on a Dask cluster."""
 
+import gc
 import os
 import re
 import shutil
@@ -40,12 +41,19 @@ def files(folder: Path) -> dict[str, bytes]:
     }
 
 
-@pytest.fixture
-def two(given: list[str], folder: Path, tmp_path: Path) -> list[str]:
-    """Return arguments that replay two bags, which takes a while."""
+@pytest.fixture(scope='module')
+def bags(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """Return two bags that take a while."""
+    path = tmp_path_factory.mktemp('in')
     frames = [compressed_fields(clip()[0].image, stamp(index), 'jpeg') for index in range(600)]
-    one = write_bag2(tmp_path / 'in/one', {'/image': frames})
-    return [str(one), str(shutil.copytree(one, tmp_path / 'in/two')), *given[1:]]
+    one = write_bag2(path / 'one', {'/image': frames})
+    return [str(one), str(shutil.copytree(one, path / 'two'))]
+
+
+@pytest.fixture
+def two(given: list[str], bags: list[str]) -> list[str]:
+    """Return arguments that replay two bags; networks would only be loaded once a process."""
+    return [*bags, *given[1:], '--detector', 'none']
 
 
 @pytest.fixture(scope='module')
@@ -86,7 +94,7 @@ def test_outputs_and_codes_are_the_same_wherever_inputs_are_replayed(
     data = bytearray(bag.read_bytes())
     data[len(data) // 2 : len(data) * 3 // 4] = b'\xff' * (len(data) * 3 // 4 - len(data) // 2)
     bag.write_bytes(data)
-    command = ['walk', 'cut', *given[1:-1]]
+    command = ['walk', 'cut', '--detector', 'none', *given[1:-1]]
     found = []
     ways = {'here': [], 'jobs': ['--jobs', '2'], 'dask': ['--dask', cluster.scheduler_address]}
     for out, more in ways.items():
@@ -103,7 +111,7 @@ def test_outputs_and_codes_are_the_same_wherever_inputs_are_replayed(
 def test_of_a_killed_worker_it_is_told_and_the_same_command_continues(
     two: list[str], tmp_path: Path, capfd
 ) -> None:
-    command = [*two, '--count', '60']
+    command = [*two, '--count', '40']
     when_begun(tmp_path, lambda: [os.kill(each, signal.SIGKILL) for each in children()])
     assert main([*command, '--jobs', '2']) == 2
     said = capfd.readouterr().err
@@ -132,7 +140,7 @@ def test_workers_end_with_their_parent(
     assert process.returncode == code
     assert 'Traceback' not in said
     if number == signal.SIGINT:
-        assert f'{tmp_path}/in/one: interrupted' in said
+        assert f'{two[0]}: interrupted' in said
 
 
 def test_ctrl_c_breaks_off_what_a_cluster_does(
@@ -185,5 +193,7 @@ def test_without_a_cluster_it_is_told_what_is_missing(
     else:
         monkeypatch.setitem(sys.modules, 'distributed', None)
     assert main([*given, '--dask', address or 'tcp://host:8786']) == 2
+    # What is left of a client would close while the next one starts, and both wait for ever.
+    gc.collect()
     assert reason in capsys.readouterr().err
     assert not (tmp_path / 'out').exists()

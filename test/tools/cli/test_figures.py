@@ -35,7 +35,7 @@ def test_the_example_is_drawn(tmp_path, monkeypatch, capsys):
 
 def test_of_a_clip_without_truth_there_is_no_table(tmp_path, capsys):
     (tmp_path / 'frames').mkdir()
-    for number in range(6):
+    for number in range(3):
         shutil.copy(ROOT / f'examples/walker/frames/{number:04d}.jpg', tmp_path / 'frames')
     out = tmp_path / 'out'
     box = ['--box', '26', '41', '43', '110']
