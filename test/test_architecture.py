@@ -69,6 +69,20 @@ def test_what_robots_run_knows_nothing_of_the_tools() -> None:
         assert 'gait_tools' not in {name.split('.')[0] for name in imported(path)}, path
 
 
+def test_nodes_load_nothing_that_reads_files() -> None:
+    loaded, waiting = set(), {module_name(path) for path in (PACKAGE / 'nodes').glob('*.py')}
+    while waiting:
+        loaded.add(name := waiting.pop())
+        place = PACKAGE.parent / name.replace('.', '/')
+        file = place / '__init__.py' if place.is_dir() else place.with_suffix('.py')
+        if file.exists():
+            # With a module come the packages that it is in.
+            parents = {each.rpartition('.')[0] for each in imported(file)}
+            waiting |= (imported(file) | parents) - loaded - {''}
+    assert {'gait_segmentation.encodings', 'gait_segmentation.detector.engine'} <= loaded
+    assert not {name for name in loaded if name.startswith('gait_segmentation.inputs')}
+
+
 def test_only_adapters_import_ros() -> None:
     adapters = tuple(f'gait_segmentation.{name}' for name in ADAPTERS)
     for path in modules():

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation import MOST_PIXELS
+from gait_segmentation.encodings import read_compressed, read_heat_map
 from gait_segmentation.errors import GaitSegmentationError, InputError, SequenceError
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import DamagedError, ImageSource, InputFrame
 from gait_segmentation.inputs.bag import BagSource, is_bag
-from gait_segmentation.inputs.encodings import read_compressed, read_heat_map
 from gait_segmentation.inputs.folder import images_in, load_heat_map
 from gait_segmentation.inputs.source import Entry
 from gait_segmentation.pipeline import FrameResult, Pipeline

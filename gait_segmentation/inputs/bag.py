@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gait_segmentation.encodings import claimed_shape, read_image
 from gait_segmentation.errors import InputError, SequenceError, not_installed
-from gait_segmentation.inputs.encodings import claimed_shape, read_image
 from gait_segmentation.inputs.source import DEFAULT_FPS, DamagedError, Entry, ImageSource
 
 if TYPE_CHECKING:

@@ -17,9 +17,9 @@ from av.video.frame import VideoFrame
 from av.video.reformatter import VideoReformatter
 from numpy.typing import NDArray
 
+from gait_segmentation.encodings import check_pixels
 from gait_segmentation.errors import InputError, SequenceError
 from gait_segmentation.files import film_name
-from gait_segmentation.inputs.encodings import check_pixels
 from gait_segmentation.inputs.source import (
     CAMERA,
     DEFAULT_FPS,

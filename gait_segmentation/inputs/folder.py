@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation import MOST_PIXELS
+from gait_segmentation.encodings import decode_image, in_8_bits
 from gait_segmentation.errors import InputError, SequenceError
 from gait_segmentation.heat_maps import heat_map_of
-from gait_segmentation.inputs.encodings import decode_image, in_8_bits
 from gait_segmentation.inputs.source import CAMERA, LOGGER, Entry, ImageSource, film_stamp_ns
 
 IMAGE_SUFFIXES = (

@@ -19,9 +19,9 @@ from gait_segmentation.config import StageConfig
 from gait_segmentation.detector.detection import SAME_PERSON
 from gait_segmentation.detector.networks import DetectorConfig
 from gait_segmentation.detector.scheduler import DetectorScheduler
+from gait_segmentation.encodings import read_heat_map, read_image
 from gait_segmentation.errors import GaitSegmentationError, InputError
 from gait_segmentation.geometry import Box
-from gait_segmentation.inputs.encodings import read_heat_map, read_image
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
 from gait_segmentation.ros.lifecycle import BEST_EFFORT, LATCHED, GaitNode

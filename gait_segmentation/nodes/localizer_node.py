@@ -18,8 +18,8 @@ from rclpy.time import Time
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
 
+from gait_segmentation.encodings import read_depth, read_mono8
 from gait_segmentation.errors import GaitSegmentationError, InputError
-from gait_segmentation.inputs.encodings import read_depth, read_mono8
 from gait_segmentation.localization import (
     CameraPose,
     LocalizationConfig,

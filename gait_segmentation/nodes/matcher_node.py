@@ -11,8 +11,8 @@ from functools import partial
 from sensor_msgs.msg import RegionOfInterest
 from std_msgs.msg import Header
 
+from gait_segmentation.encodings import claimed_shape
 from gait_segmentation.errors import InputError
-from gait_segmentation.inputs.encodings import claimed_shape
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult

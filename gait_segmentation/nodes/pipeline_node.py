@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from std_msgs.msg import Header
 
 from gait_segmentation.drawing import segmentation_picture
-from gait_segmentation.inputs.encodings import claimed_shape
+from gait_segmentation.encodings import claimed_shape
 from gait_segmentation.matching import MatchingConfig
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.people import PeopleConfig

@@ -8,7 +8,7 @@ import sys
 from functools import partial
 
 from gait_segmentation.drawing import segmentation_picture
-from gait_segmentation.inputs.encodings import claimed_shape, read_image, read_mono8
+from gait_segmentation.encodings import claimed_shape, read_image, read_mono8
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import Outputs, mask_topics, picture_topics

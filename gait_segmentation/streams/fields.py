@@ -9,9 +9,9 @@ import math
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
+from gait_segmentation.encodings import read_mono8
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
-from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.people import slot_name
 from gait_segmentation.results import Feedback, MatchResult, TrackResult
 

@@ -12,15 +12,15 @@ import cv2
 import numpy as np
 import pytest
 
+from gait_segmentation import encodings
+from gait_segmentation.encodings import in_8_bits
 from gait_segmentation.errors import SequenceError
 from gait_segmentation.inputs import (
     DamagedError,
     ImageSource,
-    encodings,
     film as film_module,
     open_input,
 )
-from gait_segmentation.inputs.encodings import in_8_bits
 from test.inputs.test_folder import HUGE_PNG
 
 

@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 import pytest
 
+from gait_segmentation.encodings import check_pixels, decode_image
 from gait_segmentation.errors import InputError, SequenceError
-from gait_segmentation.inputs.encodings import check_pixels, decode_image
 from gait_segmentation.inputs.folder import (
     IMAGE_SUFFIXES,
     images_in,

@@ -14,8 +14,8 @@ from sensor_msgs.msg import Image, RegionOfInterest
 from std_srvs.srv import Trigger
 
 from gait_segmentation.detector.networks import DetectorConfig
+from gait_segmentation.encodings import read_mono8
 from gait_segmentation.geometry import Box
-from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes.camera_node import CameraNode
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from gait_segmentation.ros.messages import image_message

@@ -16,8 +16,8 @@ from hypothesis import given, strategies as st
 from sensor_msgs.msg import CameraInfo, Image, JointState, RegionOfInterest
 from std_msgs.msg import Header
 
+from gait_segmentation.encodings import ENCODINGS
 from gait_segmentation.geometry import Box
-from gait_segmentation.inputs.encodings import ENCODINGS
 from gait_segmentation.nodes.localizer_node import LocalizerNode
 from gait_segmentation.ros.lifecycle import LATCHED
 from gait_segmentation.ros.messages import box_message, image_message

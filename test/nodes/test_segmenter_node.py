@@ -12,8 +12,8 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import Image, JointState
 from std_srvs.srv import SetBool
 
+from gait_segmentation.encodings import read_mono8
 from gait_segmentation.geometry import Box
-from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.ros.diagnostics import Warnings
 from gait_segmentation.ros.messages import box_message, image_message

@@ -16,9 +16,9 @@ from std_srvs.srv import SetBool, Trigger
 from gait_segmentation.detector import scheduler
 from gait_segmentation.detector.detection import Detection
 from gait_segmentation.detector.networks import Networks
+from gait_segmentation.encodings import read_bgr, read_mono8
 from gait_segmentation.errors import DetectorError
 from gait_segmentation.geometry import Box
-from gait_segmentation.inputs.encodings import read_bgr, read_mono8
 from gait_segmentation.nodes import camera_node
 from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.ros import messages as outputs

@@ -24,9 +24,9 @@ from sensor_msgs.msg import Image, JointState
 from tqdm import tqdm
 
 from gait_segmentation.cli.tool import POLL_S, preset_file
+from gait_segmentation.encodings import read_mono8
 from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import ImageSource
-from gait_segmentation.inputs.encodings import read_mono8
 from gait_segmentation.pipeline import FrameResult, PersonResult
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.streams.fields import (

@@ -14,14 +14,14 @@ pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
-from gait_segmentation.errors import InputError
-from gait_segmentation.inputs.encodings import (
+from gait_segmentation.encodings import (
     pixels,
     read_bgr,
     read_compressed,
     read_depth,
     read_mono8,
 )
+from gait_segmentation.errors import InputError
 from gait_segmentation.ros.messages import image_message
 
 BLUE, GREEN, RED = (255, 0, 0), (0, 255, 0), (0, 0, 255)
