@@ -21,6 +21,9 @@ PART = 0.4
 """Share of the smaller of two boxes in common from which one may show a part of the other."""
 
 
+_FITS = 0.5
+"""Intersection over union of a box and that of the mask in it, from which the latter is better."""
+
 _LEAST_DRAWN = 21
 """Pixels of a mask, as the network gives it, from which it has a box."""
 
@@ -48,9 +51,14 @@ class SoftMask:
         x, y = self.offset
         return box.shifted(-x, -y).scaled(1 / self.scale)
 
-    def box_in(self, asked: Box) -> Box:
-        """Return the box of the person for whom it was asked in some box: that, or their own."""
-        return asked if self.box is None or self.box.iou(asked) < SAME_PERSON else self.box
+    def box_in(self, asked: Box, *, late: bool = False) -> Box:
+        """
+        Return the box of the person for whom it was asked in some box: that, or their own.
+
+        :param late: whether they may have left that box.
+        """
+        fits = SAME_PERSON if late else _FITS
+        return asked if self.box is None or self.box.iou(asked) < fits else self.box
 
     def drawn(self, window: Window, scale: float, shift: tuple[float, float]) -> NDArray[np.uint8]:
         """

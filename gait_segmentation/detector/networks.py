@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gait_segmentation.config import StageConfig, parameter
 from gait_segmentation.detector.detection import Detection
 from gait_segmentation.detector.onnx_file import OnnxFile
-from gait_segmentation.detector.person_detector import default_detector
+from gait_segmentation.detector.person_detector import LEAST_SHARE, default_detector
 from gait_segmentation.detector.person_masks import PersonMasks, default_masks
 from gait_segmentation.errors import DetectorError
 
@@ -59,6 +59,15 @@ class DetectorConfig(StageConfig):
         maximum=60.0,
         fixed=True,
     )
+    close_period: float = parameter(
+        0.8,
+        'Time between two closer looks, for small people, while there is room for somebody, or '
+        'somebody small is followed.',
+        unit='s',
+        minimum=0.0,
+        maximum=60.0,
+        fixed=True,
+    )
     mask_rate: float = parameter(
         15.0,
         'Masks that are drawn in a second, of all people together.',
@@ -73,13 +82,16 @@ class Networks(NamedTuple):
     """
     What looks at images, (H, W, 3) uint8 BGR.
 
-    ``people`` says who is in one, ``masks`` draws each of them, and ``heat_map`` all at once,
+    ``people`` says who is in one, of people of a height above ``least_share`` of the longer side,
+    and ``closely`` also of others; ``masks`` draws each of them, and ``heat_map`` all at once,
     (h, w) uint8, P(person) of the whole image; any of them may not be there.
     """
 
     people: Callable[[NDArray[np.uint8]], Sequence[Detection]] | None
     masks: PersonMasks | None = None
     heat_map: Callable[[NDArray[np.uint8]], NDArray[np.uint8]] | None = None
+    closely: Callable[[NDArray[np.uint8]], Sequence[Detection]] | None = None
+    least_share: float = 0.0
 
 
 def open_networks(name: str, person_class: int = -1) -> Networks:
@@ -91,10 +103,8 @@ def open_networks(name: str, person_class: int = -1) -> Networks:
     """
     if name == NONE:
         return Networks(None)
-    if name == BOXES:
-        return Networks(default_detector().people)
-    if name == PEOPLE:
-        return Networks(default_detector().people, default_masks())
+    if name in (BOXES, PEOPLE):
+        return _shipped()._replace(masks=default_masks() if name == PEOPLE else None)
     path = Path(name)
     if path.suffix != '.onnx':
         raise DetectorError(
@@ -102,5 +112,11 @@ def open_networks(name: str, person_class: int = -1) -> Networks:
         )
     network = OnnxFile(path, person_class)
     if network.kind == 'map':
-        return Networks(default_detector().people, heat_map=network.draw)
+        return _shipped()._replace(heat_map=network.draw)
     return Networks(network.people)
+
+
+def _shipped() -> Networks:
+    """Return the package's detector."""
+    detector = default_detector()
+    return Networks(detector.people, closely=detector.closely, least_share=LEAST_SHARE)

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.detector.detection import Detection
+from gait_segmentation.detector.detection import Detection, associate
 from gait_segmentation.detector.engine import Engine
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import check_image
@@ -20,8 +20,17 @@ from gait_segmentation.images import check_image
 MODEL = Path(__file__).with_name('person_detector.onnx.gz')
 """The network; where it comes from and its licence are told by the text beside it."""
 
-_LONGER_SIDE = 320
-"""Longer side of the image that the network sees, in pixels."""
+_LONGER_SIDE, _CLOSER_SIDE = 320, 512
+"""Longer side of the image that the network sees at any look, and at a closer one, in pixels."""
+
+_SEEN_PX = 32
+"""Height in that image from which a person who is there is seen, mostly."""
+
+LEAST_SHARE = _SEEN_PX / _LONGER_SIDE
+"""The same over the longer side of any image."""
+
+_CLOSER_SHARE = 2 * LEAST_SHARE
+"""Likewise that up to which a closer look sees more people, such as in a crowd."""
 
 _MULTIPLE = 32
 """
@@ -52,9 +61,25 @@ class PersonDetector:
         :returns: who is seen, the surest first.
         :raises InputError: if it is no image.
         """
+        return self._detect(image, _LONGER_SIDE)
+
+    def closely(self, image: NDArray[np.uint8]) -> list[Detection]:
+        """Detect people, and smaller ones, at three and a half times the cost."""
+        # Of others the first look tells as much.
+        most = _CLOSER_SHARE * max(image.shape[:2])
+        closer = [each for each in self._detect(image, _CLOSER_SIDE) if each.box.height < most]
+        people = self.people(image)
+        pairs = associate([[each.box] for each in people], closer)
+        for number, other in pairs.items():
+            people[number] = max(people[number], closer[other], key=lambda each: each.score)
+        people += (each for number, each in enumerate(closer) if number not in pairs.values())
+        return sorted(people, key=lambda each: -each.score)
+
+    def _detect(self, image: NDArray[np.uint8], side: int) -> list[Detection]:
+        """Detect people in an image whose longer side is made so many pixels."""
         check_image(image)
         height, width = image.shape[:2]
-        small = resized(image, _LONGER_SIDE / max(height, width))
+        small = resized(image, side / max(height, width))
         rows, columns = small.shape[:2]
         below, right = (max(-side % _MULTIPLE, 2 * _MULTIPLE - side) for side in (rows, columns))
         small = cv2.copyMakeBorder(small, 0, below, 0, right, cv2.BORDER_CONSTANT)

@@ -15,14 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.detector.detection import Detection, SoftMask
-from gait_segmentation.detector.networks import (
-    BOXES,
-    NONE,
-    PEOPLE,
-    DetectorConfig,
-    Networks,
-    open_networks,
-)
+from gait_segmentation.detector.networks import NONE, DetectorConfig, Networks, open_networks
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.geometry import Box
 
@@ -37,14 +30,15 @@ class Detections:
     """
     What the networks saw in the frame of a stamp.
 
-    ``people`` are those of a detector, None where it did not look, and ``heat_map`` is (h, w)
-    uint8, P(person) of any of them, if there is a network for that; ``error`` says why nothing can
-    be seen.
+    ``people`` are those of a detector, None where it did not look, of any height from
+    ``least_share`` of the longer side on; ``heat_map`` is (h, w) uint8, P(person) of any of them,
+    if there is a network for that, and ``error`` says why nothing can be seen.
     """
 
     stamp_ns: int
     people: tuple[Detection, ...] | None
     heat_map: NDArray[np.uint8] | None = None
+    least_share: float = 0.0
     seconds: float = 0.0
     error: str = ''
 
@@ -90,6 +84,7 @@ class DetectorScheduler:
     def reset(self) -> None:
         """Look at the next frame, whatever its stamp is."""
         self._last_ns: int | None = None
+        self._close_ns: int | None = None
         self._drawn_ns: int | None = None
         self._masks = float(_MOST_DRAWN)
         self._running: Future[Detections] | None = None
@@ -106,6 +101,10 @@ class DetectorScheduler:
             self._networks = open_networks(self._config.network, self._config.person_class)
         return self._networks
 
+    def _at_hand(self) -> Networks | None:
+        """Return the networks; with threads None until one of them has loaded them."""
+        return self._open() if self.pools is None else self._networks
+
     def look(
         self,
         image: NDArray[np.uint8],
@@ -113,6 +112,7 @@ class DetectorScheduler:
         *,
         boxes: bool = True,
         urgent: bool,
+        small: bool = False,
     ) -> Detections | None:
         """
         Take in a frame.
@@ -121,6 +121,7 @@ class DetectorScheduler:
         :param stamp_ns: its stamp.
         :param boxes: whether it is asked who is in the image.
         :param urgent: whether somebody is missing.
+        :param small: whether small people are to be seen, too.
         :returns: what was seen since the last call, in this frame or one before, if there was a
             look.
         :raises DetectorError: if a network cannot be loaded, or gives what it must not; with a
@@ -133,25 +134,28 @@ class DetectorScheduler:
             seen, self._running = self._running.result(), None
             if seen.people is not None or seen.error or self.newest is None:
                 self.newest = seen
-        config, networks = self._config, self._networks
-        # Whether a file draws maps is known once it is loaded.
-        maps = config.network not in (PEOPLE, BOXES, NONE)
-        if networks is not None:
-            maps = networks.heat_map is not None
+        config = self._config
+        if self._blind or config.network == NONE:
+            return seen
+        networks = self._at_hand()
         period_s = config.urgent_period if urgent else config.calm_period
-        passed = self._last_ns is None or stamp_ns - self._last_ns >= round(
-            1e9 * period_s / self.pace
-        )
-        due = boxes and passed and config.network != NONE
-        if self._blind or not (due or maps):
+        due = boxes and self._is_over(period_s, self._last_ns, stamp_ns)
+        close = due and small and self._is_over(config.close_period, self._close_ns, stamp_ns)
+        if not (due or (networks is not None and networks.heat_map is not None)):
             return seen
         if due:
             self._last_ns = stamp_ns
+        if close:
+            self._close_ns = stamp_ns
         if self.pools is None:
-            self.newest = self._detections(image, stamp_ns, due)
+            self.newest = self._detections(image, stamp_ns, due, close)
             return self.newest
-        self._running = self.pools[urgent].submit(self._tried, image, stamp_ns, due)
+        self._running = self.pools[urgent].submit(self._tried, image, stamp_ns, due, close)
         return seen
+
+    def _is_over(self, period_s: float, last_ns: int | None, stamp_ns: int) -> bool:
+        """Return whether a time has passed since something was done, if it was."""
+        return last_ns is None or stamp_ns - last_ns >= round(1e9 * period_s / self.pace)
 
     def draw(
         self, image: NDArray[np.uint8], stamp_ns: int, people: Sequence[Box]
@@ -167,28 +171,33 @@ class DetectorScheduler:
         since_s = 0.0 if self._drawn_ns is None else (stamp_ns - self._drawn_ns) / 1e9
         rate = self.pace * self._config.mask_rate
         self._masks, self._drawn_ns = min(self._masks + rate * since_s, _MOST_DRAWN), stamp_ns
-        if not people or self._config.network in (BOXES, NONE):
-            return []
-        networks = self._open() if self.pools is None else self._networks
+        networks = self._at_hand() if people else None
         if networks is None or networks.masks is None:
             return []
         drawn = [networks.masks.draw(image, box) for box in people[: int(self._masks)]]
         self._masks -= len(drawn)
         return drawn
 
-    def _tried(self, image: NDArray[np.uint8], stamp_ns: int, due: bool) -> Detections:
+    def _tried(
+        self, image: NDArray[np.uint8], stamp_ns: int, due: bool, close: bool
+    ) -> Detections:
         try:
             with self._lock:
-                return self._detections(image, stamp_ns, due)
+                return self._detections(image, stamp_ns, due, close)
         except GaitSegmentationError as error:
             self._blind = self._networks is None
             return Detections(stamp_ns, None, error=str(error))
 
-    def _detections(self, image: NDArray[np.uint8], stamp_ns: int, due: bool) -> Detections:
+    def _detections(
+        self, image: NDArray[np.uint8], stamp_ns: int, due: bool, close: bool
+    ) -> Detections:
         networks, started = self._open(), self._clock()
-        seen = tuple(networks.people(image)) if due and networks.people is not None else None
+        look, least = networks.people, networks.least_share
+        if close and networks.closely is not None:
+            look, least = networks.closely, 0.0
+        seen = tuple(look(image)) if due and look is not None else None
         heat_map = networks.heat_map(image) if networks.heat_map is not None else None
-        return Detections(stamp_ns, seen, heat_map, self._clock() - started)
+        return Detections(stamp_ns, seen, heat_map, least, self._clock() - started)
 
 
 def _give_way() -> None:

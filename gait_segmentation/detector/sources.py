@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.detector.map_regions import MapRegions
+from gait_segmentation.detector.person_detector import LEAST_SHARE
 from gait_segmentation.detector.scheduler import DetectorScheduler
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
@@ -28,14 +29,15 @@ class Seen(NamedTuple):
     What is said of people at a frame.
 
     ``people`` are those that a detector saw, in the frame of ``stamp_ns``, None where it did not
-    look; ``by_map`` are the regions of the newest heat map, and ``heat`` is that map, None if
-    there is none.
+    look, from ``least_height`` on, in source pixels; ``by_map`` are the regions of the newest heat
+    map, and ``heat`` is that map, None if there is none.
     """
 
     stamp_ns: int
     people: tuple[Detection, ...] | None = None
     by_map: tuple[Detection, ...] = ()
     heat: HeatMap | None = None
+    least_height: float = 0.0
 
 
 class Sources:
@@ -68,6 +70,7 @@ class Sources:
         boxes: bool,
         bodies: tuple[Sequence[Box], Sequence[Box]],
         urgent: bool,
+        small: Callable[[float], bool],
         heat_map_age: float,
     ) -> Seen:
         """
@@ -77,20 +80,24 @@ class Sources:
         :param boxes: whether it is asked who is in the image.
         :param bodies: of who is tracked, and of who is lost.
         :param urgent: whether somebody is missing.
+        :param small: tells whether people below a height in source pixels are to be seen.
         :param heat_map_age: up to which a heat map counts, in seconds.
         """
-        seen = self._scheduler.look(image, stamp_ns, boxes=boxes, urgent=urgent)
+        longest = max(image.shape[:2])
+        seen = self._scheduler.look(
+            image, stamp_ns, boxes=boxes, urgent=urgent, small=small(LEAST_SHARE * longest)
+        )
         if seen is not None and seen.heat_map is not None:
             self.add_heat_map(seen.heat_map, seen.stamp_ns)
         heat = self._heat_maps.newest(image, stamp_ns, heat_map_age)
         source = (image.shape[0], image.shape[1])
-        least = self.config.least_height * max(source)
+        least = self.config.least_height * longest
         by_map: list[Detection] = []
         if heat is not None and heat.stamp_ns == stamp_ns:
             by_map = self._regions.detect(heat, source, least, *bodies)
         if seen is None or stamp_ns - seen.stamp_ns > _LATEST_NS:
             return Seen(stamp_ns, by_map=tuple(by_map), heat=heat)
-        return Seen(seen.stamp_ns, seen.people, tuple(by_map), heat)
+        return Seen(seen.stamp_ns, seen.people, tuple(by_map), heat, seen.least_share * longest)
 
     def draw(
         self, image: NDArray[np.uint8], stamp_ns: int, people: Sequence[Box]

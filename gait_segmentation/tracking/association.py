@@ -58,7 +58,9 @@ def explain(tracks: Sequence[Track], seen: Seen) -> list[Detection]:
     for number, track in enumerate(tracked):
         if number in pairs:
             track.see(seen.people[pairs[number]], seen.stamp_ns)
-        elif not associate([track.boxes_at(seen.stamp_ns)], seen.people):
+        elif track.body.height >= seen.least_height and not associate(
+            [track.boxes_at(seen.stamp_ns)], seen.people
+        ):
             track.overlook()
     sure = [each for each in seen.people if each.score >= _FOUND_AGAIN]
     for track in tracks:

@@ -106,6 +106,11 @@ class People:
         waiting = waiting and not all(each.rejected for each in self.tentative)
         return waiting or any(track.existence.missed for track in published)
 
+    def has_small(self, height: float, *, others: bool) -> bool:
+        """Return whether anybody below a height, in source pixels, is there, or may come."""
+        room = others and len(self.published) < self.slots
+        return room or any(track.body.height < height for track in self.published)
+
     def near(self, box: Box, *, by_map: bool) -> Track | None:
         """
         Return beside whom somebody in a box, in source pixels, is to be followed, if any.

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -263,6 +264,7 @@ class PeopleTracker:
             boxes=bool(self.tracks()) or not self._given,
             bodies=people.bodies,
             urgent=people.is_missing(others=not self._given),
+            small=partial(people.has_small, others=not self._given),
             heat_map_age=self.config.heat_map_age,
         )
 
@@ -307,7 +309,9 @@ class PeopleTracker:
         of_new = masks[len(given) : len(boxes)]
         drawn = [
             self._sources.rated(
-                replace(each, mask=mask, box=mask.box_in(each.box) if late else each.box)
+                replace(
+                    each, mask=mask, box=mask.box_in(each.box, late=True) if late else each.box
+                )
             )
             for each, mask in zip(new, of_new, strict=False)
         ]

@@ -4,7 +4,11 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.detector.person_detector import PersonDetector, default_detector
+from gait_segmentation.detector.person_detector import (
+    LEAST_SHARE,
+    PersonDetector,
+    default_detector,
+)
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import Box
 from test.networks import WOMAN, demo_picture
@@ -27,6 +31,31 @@ def test_a_person_is_seen_where_they_are_whatever_the_size_of_the_image(scale, m
 @pytest.mark.parametrize('shape', [(1, 1), (3, 900), (480, 640), (212, 560)])
 def test_nobody_is_seen_where_nothing_is(shape):
     assert default_detector().people(np.full((*shape, 3), 200, np.uint8)) == []
+
+
+def test_a_closer_look_sees_smaller_people_and_everybody_once():
+    picture = demo_picture()
+    small = cv2.resize(picture, None, fx=0.38, fy=0.38, interpolation=cv2.INTER_AREA)
+    image = np.full((480, 640, 3), 128, np.uint8)
+    image[268 : 268 + picture.shape[0], : picture.shape[1]] = picture
+    image[20 : 20 + small.shape[0], 300 : 300 + small.shape[1]] = small
+    people = WOMAN.scaled(0.38).shifted(300, 20), WOMAN.shifted(0, 268)
+    assert people[0].height < LEAST_SHARE * 640 < people[1].height
+    for look, number in (default_detector().people, [0, 1]), (default_detector().closely, [1, 1]):
+        found = [each.box for each in look(image) if each.score > 0.4]
+        assert [sum(box.iou(person) > 0.5 for box in found) for person in people] == number
+    seen = default_detector().closely(image)
+    assert seen == sorted(seen, key=lambda each: -each.score)
+    assert max(a.box.iou(b.box) for a in seen for b in seen if a is not b) < 0.6
+
+
+def test_of_tall_people_a_closer_look_tells_nothing_else():
+    first, closer = (
+        default_detector().people(demo_picture()),
+        default_detector().closely(demo_picture()),
+    )
+    tall = [each for each in closer if each.box.height > 0.2 * demo_picture().shape[1]]
+    assert tall == [each for each in first if each in tall] != []
 
 
 def test_every_look_gives_the_same():

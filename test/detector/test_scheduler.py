@@ -54,6 +54,21 @@ def test_looks_are_more_frequent_while_somebody_is_missing(urgent, period_ms, nu
     assert not looks(DetectorScheduler(networks=DETECTOR), boxes=False, urgent=urgent)
 
 
+@pytest.mark.parametrize('urgent', [False, True])
+def test_while_small_people_are_asked_for_it_looks_closer_now_and_then(urgent):
+    child = Detection(Box(1, 1, 1, 1), 0.6)
+    networks = DETECTOR._replace(closely=lambda image: [SOMEBODY, child], least_share=0.25)
+    seen = looks(DetectorScheduler(networks=networks), small=True, urgent=urgent)
+    close = [number for number, each in seen.items() if child in each.people]
+    assert close[:3] == ([0, 21, 42] if urgent else [0, 20, 40])
+    for number, each in seen.items():
+        assert SOMEBODY in each.people
+        # Who is smaller may be there though they were not seen.
+        assert each.least_share == (0 if number in close else 0.25)
+    scheduler = DetectorScheduler(networks=networks)
+    assert all(child not in each.people for each in looks(scheduler, urgent=urgent).values())
+
+
 def test_a_map_is_made_of_every_frame():
     red = DETECTOR._replace(heat_map=lambda image: image[..., 2])
     seen = looks(DetectorScheduler(networks=red), boxes=False, urgent=False)
@@ -78,8 +93,7 @@ def test_only_so_many_masks_are_drawn_in_a_second_those_first_who_need_one(rate,
 
 
 @pytest.mark.parametrize('network', ['boxes', 'none'])
-def test_what_does_not_draw_draws_nobody(monkeypatch, network):
-    monkeypatch.setattr(module, 'open_networks', lambda *_: pytest.fail('it was loaded'))
+def test_what_does_not_draw_draws_nobody(network):
     scheduler = DetectorScheduler(DetectorConfig(network=network))
     assert scheduler.draw(IMAGE, 10**9, [SOMEBODY.box]) == []
 

@@ -3,7 +3,7 @@
 import pytest
 
 from gait_segmentation.detector.detection import Detection
-from gait_segmentation.detector.networks import Networks
+from gait_segmentation.detector.networks import DetectorConfig, Networks
 from gait_segmentation.detector.scheduler import Detections, DetectorScheduler
 from gait_segmentation.tracking.existence import CERTAIN, Existence
 from test.tracking.figures import Figure, Told, walk
@@ -152,6 +152,39 @@ def test_who_is_not_seen_any_more_is_gone_though_the_place_looks_like_them(given
     assert (result.state, result.track_id) == ('tracked', 1)
 
 
+@pytest.mark.parametrize(('least_share', 'state'), [(0.5, 'tracked'), (0.2, 'lost')])
+def test_who_is_too_small_for_a_look_is_not_missed_by_it(least_share, state):
+    figure = Figure(100)
+    networks = Networks(
+        lambda image: [],
+        closely=lambda image: [Detection(figure.box, 0.9)],
+        least_share=least_share,
+    )
+    once = DetectorConfig(urgent_period=0.04, calm_period=0.04, close_period=9.0)
+    track = Told(1, scheduler=DetectorScheduler(once, networks))
+    for _ in range(40):
+        (result,) = track.show(figure)
+    assert result.state == state
+
+
+@pytest.mark.parametrize(
+    ('height', 'slots', 'close'), [(100, 1, 1), (100, 2, 20), (17, 1, 20)], ids=str
+)
+def test_it_looks_closer_while_there_is_room_or_somebody_small_is_there(height, slots, close):
+    figure, looks = Figure(100, height=height), []
+
+    def closely(image):
+        looks.append(image)
+        return [Detection(figure.box, 0.9)]
+
+    networks = Networks(lambda image: [Detection(figure.box, 0.9)], closely=closely)
+    often = DetectorConfig(urgent_period=0.04, calm_period=0.04, close_period=0.04)
+    track = Told(slots, scheduler=DetectorScheduler(often, networks))
+    for _ in range(20):
+        track.show(figure)
+    assert len(looks) == close
+
+
 def test_whoever_gives_boxes_gives_all():
     track, network = told(2)
     track.start(Figure(60))
@@ -180,7 +213,7 @@ class Late(DetectorScheduler):
     def see(self, figure, stamp_ns):
         self._seen.append(Detections(stamp_ns, (Detection(figure.box, 0.9),)))
 
-    def look(self, image, stamp_ns, *, boxes=True, urgent):
+    def look(self, image, stamp_ns, *, boxes=True, urgent, small=False):
         return self._seen[-1 - self._frames] if len(self._seen) > self._frames else None
 
 
