@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -90,8 +90,8 @@ class Report:
     """
     How a replay went.
 
-    ``seen`` counts the frames that show a person, and ``looked`` says who looked for people;
-    ``error`` says why it ended before its time,
+    ``seen`` counts the frames that show a person, and ``looked`` says who looked for people, if
+    there are none; ``error`` says why it ended before its time,
     ``damaged`` where the input breaks off, ``left`` which outputs were left incomplete, and
     ``notes`` what else there is to know, the first of it.
     """
@@ -112,21 +112,37 @@ class Report:
             self.notes.append(text if len(self.notes) < _MOST_NOTES else 'and so on')
 
 
+_CLEAR = 0.6
+"""Score of somebody in a picture that is turned, from which the camera may have been."""
+
+
+def _best_of(people: Sequence[Detection]) -> float:
+    return max((each.score for each in people), default=0.0)
+
+
 class _Looked:
     """Networks, how often they have looked for people, and the best score of these."""
 
     def __init__(self, config: DetectorConfig) -> None:
         self._name = config.network
         self._looks, self._best = 0, 0.0
+        self._image: NDArray[np.uint8] | None = None
         networks = open_networks(config.network, config.person_class)
         self._people = networks.people
-        self.networks = networks if self._people is None else networks._replace(people=self._look)
+        self.networks = networks._replace(
+            people=networks.people and partial(self._look, networks.people),
+            closely=networks.closely and partial(self._look, networks.closely),
+        )
 
-    def _look(self, image: NDArray[np.uint8]) -> Sequence[Detection]:
-        assert self._people is not None
-        found = self._people(image)
+    def _look(
+        self,
+        look: Callable[[NDArray[np.uint8]], Sequence[Detection]],
+        image: NDArray[np.uint8],
+    ) -> Sequence[Detection]:
+        found = look(image)
         self._looks += 1
-        self._best = max((self._best, *(each.score for each in found)))
+        self._best = max(self._best, _best_of(found))
+        self._image = image
         return found
 
     def summary(self) -> str:
@@ -135,7 +151,21 @@ class _Looked:
             return f'nobody looked for people (detector.network: {self._name})'
         times = 'once' if self._looks == 1 else f'{self._looks} times'
         best = f'at best with a score of {self._best:.2f}' if self._best else 'and saw nobody'
-        return f'the detector ({self._name}) looked {times}, {best}'
+        return f'the detector ({self._name}) looked {times}, {best}{self._turned()}'
+
+    def _turned(self) -> str:
+        """Say by how much the last image is to be turned for a person to be seen in it."""
+        assert self._people is not None
+        if self._image is None:
+            return ''
+        scores = {
+            90 * turns: _best_of(self._people(np.ascontiguousarray(np.rot90(self._image, -turns))))
+            for turns in (1, 2, 3)
+        }
+        degrees, score = max(scores.items(), key=lambda each: each[1])
+        if score < _CLEAR:
+            return ''
+        return f'; with --rotate {degrees} it sees somebody in the last image, with {score:.2f}'
 
 
 def replay(
@@ -184,7 +214,7 @@ def replay(
                         break
             except DamagedError as error:
                 report.damaged = str(error)
-        report.looked = looked.summary()
+        report.looked = '' if report.seen else looked.summary()
         if not report.interrupted:
             for output in outputs:
                 output.close(complete=True)

@@ -12,11 +12,14 @@ import pytest
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
+from gait_segmentation.cli import jobs
 from gait_segmentation.cli.jobs import replay
 from gait_segmentation.cli.outputs import OUTPUTS, TABLE_COLUMNS
 from gait_segmentation.cli.replay import main, make_jobs, names_of, parser
-from gait_segmentation.detector.networks import DetectorConfig
+from gait_segmentation.detector.detection import Detection
+from gait_segmentation.detector.networks import DetectorConfig, Networks
 from gait_segmentation.errors import ConfigError
+from gait_segmentation.geometry import Box
 from gait_segmentation.inputs import open_input
 from gait_segmentation.pipeline import Pipeline, PipelineConfig
 from test.cli.conftest import BROKEN, FRAMES
@@ -193,6 +196,25 @@ def test_if_nobody_is_found_it_is_said_who_looked(
     assert f'no person was found: {"the detector (boxes) " * (network == "boxes")}{told}' in (
         capfd.readouterr().err
     )
+
+
+@pytest.mark.parametrize('degrees', [90, 180, 270])
+def test_if_the_camera_lies_it_is_said_how_to_turn_the_picture(
+    degrees: int, tmp_path: Path, capfd, monkeypatch
+) -> None:
+    def upright(image: np.ndarray) -> list[Detection]:
+        box = Box.around(cv2.inRange(image, (200, 200, 200), (255, 255, 255)))
+        # With the head above.
+        clear = box.height > box.width and box.center_y < image.shape[0] / 2
+        return [Detection(box, 0.8)] if clear else []
+
+    monkeypatch.setattr(jobs, 'open_networks', lambda *_: Networks(upright))
+    image = np.zeros((160, 160, 3), np.uint8)
+    image[20:80, 70:90] = 255
+    (tmp_path / 'lying').mkdir()
+    cv2.imwrite(str(tmp_path / 'lying/0000.png'), np.rot90(image, degrees // 90))
+    assert main([str(tmp_path / 'lying'), '--out', str(tmp_path / 'out')]) == 0
+    assert f'with --rotate {degrees} it sees somebody' in capfd.readouterr().err
 
 
 def test_a_topic_is_given_once(given: list[str], capfd) -> None:
