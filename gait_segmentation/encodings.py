@@ -139,9 +139,10 @@ def upper_bits(samples: NDArray[np.uint16], bits: int = 16) -> NDArray[np.uint8]
     :param bits: of a sample that the camera uses, 8 to 16: some send 10, 12 or 14 as 16, the upper
         ones zero.
     """
-    if samples.max(initial=0) < 1 << (bits - _DARK_BITS):
+    upper = np.minimum(samples >> (bits - 8), 255).astype(np.uint8)
+    if upper.max(initial=0) < 1 << (8 - _DARK_BITS):
         _warn_of_darkness(bits)
-    return np.minimum(samples >> (bits - 8), 255).astype(np.uint8)
+    return upper
 
 
 @cache
