@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -100,6 +100,10 @@ class Detection:
     score: float
     mask: SoftMask | None = None
     by_map: bool = False
+
+    def drawn(self, mask: SoftMask, *, late: bool) -> Detection:
+        """Return it with what a network has drawn, ``late`` in a frame after its own."""
+        return replace(self, mask=mask, box=mask.box_in(self.box, late=True) if late else self.box)
 
 
 def associate(tracks: Sequence[Sequence[Box]], detections: Sequence[Detection]) -> dict[int, int]:

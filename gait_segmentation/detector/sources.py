@@ -20,8 +20,8 @@ from gait_segmentation.heat_maps import HeatMap, HeatMaps
 from gait_segmentation.starting.config import StartingConfig
 from gait_segmentation.starting.shapes import BodyShapes
 
-_LATEST_NS = 400_000_000
-"""Time after which it is no longer known who was where when a network looked."""
+_LATEST_NS = 1_000_000_000
+"""Age from which on a look tells nothing of now, though slow computers need long for one."""
 
 
 class Seen(NamedTuple):
@@ -72,6 +72,7 @@ class Sources:
         urgent: bool,
         small: Callable[[float], bool],
         heat_map_age: float,
+        since_ns: int,
     ) -> Seen:
         """
         Take in a frame, and return what is said of it and of the last ones.
@@ -82,6 +83,7 @@ class Sources:
         :param urgent: whether somebody is missing.
         :param small: tells whether people below a height in source pixels are to be seen.
         :param heat_map_age: up to which a heat map counts, in seconds.
+        :param since_ns: stamp from which on it is known where everybody was.
         """
         longest = max(image.shape[:2])
         seen = self._scheduler.look(
@@ -95,7 +97,7 @@ class Sources:
         by_map: list[Detection] = []
         if heat is not None and heat.stamp_ns == stamp_ns:
             by_map = self._regions.detect(heat, source, least, *bodies)
-        if seen is None or stamp_ns - seen.stamp_ns > _LATEST_NS:
+        if seen is None or seen.stamp_ns < max(stamp_ns - _LATEST_NS, since_ns):
             return Seen(stamp_ns, by_map=tuple(by_map), heat=heat)
         return Seen(seen.stamp_ns, seen.people, tuple(by_map), heat, seen.least_share * longest)
 

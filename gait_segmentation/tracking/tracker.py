@@ -266,6 +266,7 @@ class PeopleTracker:
             urgent=people.is_missing(others=not self._given),
             small=partial(people.has_small, others=not self._given),
             heat_map_age=self.config.heat_map_age,
+            since_ns=people.known_since_ns,
         )
 
     def _associate(self, scene: Scene, seen: Seen) -> list[Detection]:
@@ -296,7 +297,8 @@ class PeopleTracker:
 
         :param given: boxes of who is to begin.
         :param new: whom a detector saw and nobody tracks, the best first.
-        :param late: whether that was in an earlier frame, so that a mask tells better where.
+        :param late: whether that was in an earlier frame, so that a mask tells better where, or
+            that they have left.
         :returns: the masks in the boxes given, as far as they are drawn, and who is new.
         """
         stamp_ns, tracked = self._stamp_ns, self._people.tracked
@@ -308,14 +310,11 @@ class PeopleTracker:
             track.take_mask(mask, box)
         of_new = masks[len(given) : len(boxes)]
         drawn = [
-            self._sources.rated(
-                replace(
-                    each, mask=mask, box=mask.box_in(each.box, late=True) if late else each.box
-                )
-            )
+            self._sources.rated(each.drawn(mask, late=late))
             for each, mask in zip(new, of_new, strict=False)
+            if not late or mask.box is not None
         ]
-        return masks[: len(given)], [*drawn, *new[len(drawn) :]]
+        return masks[: len(given)], [*drawn, *new[len(of_new) :]]
 
     def _observe(self, scene: Scene) -> dict[int, NDArray[np.uint8]]:
         """Compute the likelihoods of a frame, refine the boxes by them, and look for the lost."""

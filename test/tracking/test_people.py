@@ -56,6 +56,8 @@ class Masks:
 
     def draw(self, image: np.ndarray, box: Box) -> SoftMask:
         self.asked.append(box)
+        if not self.figures:
+            return SoftMask(np.zeros((40, 40), np.uint8), 1.0, (-box.x, -box.y), box)
         nearest = max(self.figures, key=lambda figure: figure.box.iou(box))
         return SoftMask(nearest.mask(), 1.0, (0.0, 0.0), box.padded(20, 20))
 
@@ -118,6 +120,17 @@ def test_who_is_found_late_begins_where_they_are_drawn_now() -> None:
         (result,) = told.show(figure)
     assert result.track_id == 1
     assert result.box.iou(figure.box) > 0.9
+
+
+def test_who_has_left_when_a_look_comes_does_not_begin() -> None:
+    figures = [Figure(60, RED)]
+    networks = Networks(
+        lambda image: [Detection(each.box, 0.9) for each in figures], Masks(figures)
+    )
+    told = Told(1, scheduler=Late(networks, 4))
+    told.show(*figures)
+    figures.clear()
+    assert [told.show()[0].track_id for _ in range(6)] == [0] * 6
 
 
 def test_a_box_that_is_given_begins_with_the_mask_of_who_is_in_it() -> None:
