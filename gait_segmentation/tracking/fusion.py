@@ -34,7 +34,7 @@ from gait_segmentation.tracking.cues.sighting import SightingCue
 from gait_segmentation.tracking.likelihood import log_ratio, place_shown
 from gait_segmentation.tracking.pixels import PixelClaim, beyond
 from gait_segmentation.tracking.pose import Pose
-from gait_segmentation.tracking.state import Silhouette, State
+from gait_segmentation.tracking.state import Place, Silhouette, State
 from gait_segmentation.tracking.track import WHOLE, Track
 from gait_segmentation.tracking.visibility import (
     ALONE,
@@ -151,23 +151,23 @@ class FusionTrack(Track):
     def see(self, detection: Detection, stamp_ns: int) -> None:
         """Take in where a detector saw the person."""
         super().see(detection, stamp_ns)
-        self._see_in(detection.box, self.state_at(stamp_ns))
+        self._see_in(detection.box, self.place_at(stamp_ns))
 
-    def _see_in(self, box: Box, state: State) -> None:
+    def _see_in(self, box: Box, place: Place) -> None:
         if self.config.use_sightings:
-            self.sighting.see(box.scaled(self.view.scale), state)
+            self.sighting.see(box.scaled(self.view.scale), place)
 
     def take_mask(self, mask: SoftMask, box: Box) -> None:
         """Take in what a network has drawn of the person; see the base class."""
         super().take_mask(mask, box)
         now = self.states[-1]
         self._drawn, self._outlined = (mask, now), True
-        if self.sighting.newest is not now:
-            self._see_in(mask.box_in(box), now)
+        if self.sighting.newest != now.place:
+            self._see_in(mask.box_in(box), now.place)
 
     def sought_in(self, stamp_ns: int) -> tuple[Box, ...]:
         """Return where a detector may see them: where it did last, if it did of late."""
-        box = self.sighting.box_in(self.state_at(stamp_ns))
+        box = self.sighting.box_in(self.place_at(stamp_ns))
         return self.boxes_at(stamp_ns) if box is None else (box.scaled(1 / self.view.scale),)
 
     def observe(

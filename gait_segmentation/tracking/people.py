@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from gait_segmentation.detector.detection import SAME_PERSON, Detection, associate
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import LOST, TRACKED
-from gait_segmentation.scene.scene import MOST_KEPT, Regions, Scene, View
+from gait_segmentation.scene.scene import Regions, Scene, View
 from gait_segmentation.tracking.life_cycle import ENDED, next_state
 from gait_segmentation.tracking.pose import WIDEST_BODY
 from gait_segmentation.tracking.tentative import Tentative, follow
@@ -83,9 +83,8 @@ class People:
 
     @property
     def known_since_ns(self) -> int:
-        """Return the stamp from which on it is kept where everybody was."""
-        full = (track.states for track in self.tracks if len(track.states) == MOST_KEPT)
-        return max((states[0].frame.image.stamp_ns for states in full), default=0)
+        """Return the stamp from which on it is known where everybody was, 0 = all the time."""
+        return max((track.known_since_ns for track in self.tracks), default=0)
 
     @property
     def views(self) -> list[View]:

@@ -14,6 +14,13 @@ from gait_segmentation.images import Window, shifted_part
 from gait_segmentation.scene.scene import Frame, Shift
 
 
+class Place(NamedTuple):
+    """How far a body went until the frame of a stamp since its track began, in pixels."""
+
+    stamp_ns: int
+    displacement: Shift
+
+
 @dataclass
 class State:
     """
@@ -26,6 +33,11 @@ class State:
     frame: Frame
     displacement: Shift
     notes: dict[str, tuple[Window, NDArray[np.uint8]]] = field(default_factory=dict)
+
+    @property
+    def place(self) -> Place:
+        """Return where the body was then."""
+        return Place(self.frame.image.stamp_ns, self.displacement)
 
 
 class Silhouette(NamedTuple):

@@ -23,7 +23,7 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.existence import Existence
 from gait_segmentation.tracking.pixels import PixelClaim
 from gait_segmentation.tracking.pose import Pose
-from gait_segmentation.tracking.state import Silhouette, State
+from gait_segmentation.tracking.state import Place, Silhouette, State
 from gait_segmentation.tracking.visibility import ALONE, GUARD, LEAST_SEEN, Visibility, visible_box
 
 _COAST_S, _STOP_S, _MOST_LOST_S = 1.0, 0.5, 1.0
@@ -31,6 +31,9 @@ _COAST_S, _STOP_S, _MOST_LOST_S = 1.0, 0.5, 1.0
 Time for which a hidden person is taken to walk on, in which they are then to stop, and for which
 they are lost longer with a frame at most, however long that took to come.
 """
+
+_MOST_PLACES = 64
+"""Frames of which it is known where somebody was, when a look at one of them comes."""
 
 OWN_MASK = 'own'
 """Name of the note of what is likely theirs of whom no mask is cut."""
@@ -84,6 +87,7 @@ class Track(ABC):
         self.state, self.reason, self.confidence = TRACKED, '', 0.0
         self.existence = existence or Existence(view.now.image.stamp_ns, given=True)
         self.states = deque([State(view.now, (0.0, 0.0))], maxlen=MOST_KEPT)
+        self._places = deque[Place](maxlen=_MOST_PLACES)
         self.seen, self.unoccluded = 1.0, True
         self.lost_s, self.unseen_frames, self.found = 0.0, 0, False
         self._box: Box | None = None
@@ -105,8 +109,8 @@ class Track(ABC):
         return self.pose.box.scaled(1 / self.view.scale)
 
     def boxes_at(self, stamp_ns: int) -> tuple[Box, Box]:
-        """Return the boxes of the body and of what can be seen in the kept frame nearest to it."""
-        (x, y), (now_x, now_y) = self.state_at(stamp_ns).displacement, self.displacement
+        """Return the boxes of the body and of what can be seen in the frame nearest to a stamp."""
+        (x, y), (now_x, now_y) = self.place_at(stamp_ns).displacement, self.displacement
         dx, dy = (x - now_x) / self.view.scale, (y - now_y) / self.view.scale
         return self.body.shifted(dx, dy), self.box.shifted(dx, dy)
 
@@ -256,9 +260,15 @@ class Track(ABC):
         """
         return None
 
-    def state_at(self, stamp_ns: int) -> State:
-        """Return the state in the kept frame nearest to a stamp."""
-        return min(self.states, key=lambda each: abs(each.frame.image.stamp_ns - stamp_ns))
+    @property
+    def known_since_ns(self) -> int:
+        """Return the stamp from which on it is known where they were, 0 = all the time."""
+        return self._places[0].stamp_ns if len(self._places) == _MOST_PLACES else 0
+
+    def place_at(self, stamp_ns: int) -> Place:
+        """Return where the body was in the known frame nearest to a stamp."""
+        places = (*self._places, self.states[-1].place)
+        return min(places, key=lambda each: abs(each.stamp_ns - stamp_ns))
 
     def state_in(self, frame: Frame) -> State | None:
         """Return the state in a frame, None if there is none."""
@@ -305,6 +315,7 @@ class Track(ABC):
             shift = world[0] + step[0], world[1] + step[1]
         else:
             self.pose = pose.with_step(world, shift, seconds)
+        self._places.append(self.states[-1].place)
         self.states.append(State(view.now, self.displacement))
         self.shift(*shift)
         # A velocity that was measured wrongly leads anywhere; who is lost waits at the border.

@@ -13,7 +13,7 @@ import numpy as np
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.tracking.cues import Cue, CueInput, Evidence
-from gait_segmentation.tracking.state import State
+from gait_segmentation.tracking.state import Place
 
 _MARGIN = 0.1
 """How far about the box a person may be, in body heights."""
@@ -33,30 +33,30 @@ class SightingCue(Cue):
 
     def __init__(self) -> None:
         """Begin without having been seen."""
-        self._seen: tuple[Box, State] | None = None
+        self._seen: tuple[Box, Place] | None = None
 
-    def see(self, box: Box, state: State) -> None:
-        """Take in a box in working pixels, in the frame of a state."""
-        self._seen = box, state
+    def see(self, box: Box, place: Place) -> None:
+        """Take in a box in working pixels, in the frame of a place."""
+        self._seen = box, place
 
     @property
-    def newest(self) -> State | None:
-        """Return the state in whose frame they were seen last."""
+    def newest(self) -> Place | None:
+        """Return the place at which they were seen last."""
         return None if self._seen is None else self._seen[1]
 
-    def box_in(self, state: State) -> Box | None:
+    def box_in(self, place: Place) -> Box | None:
         """Return the last box as it has gone along with the body, None without one of late."""
         if self._seen is None:
             return None
         box, then = self._seen
-        if state.frame.image.stamp_ns - then.frame.image.stamp_ns > _HELD_NS:
+        if place.stamp_ns - then.stamp_ns > _HELD_NS:
             return None
-        (x, y), (to_x, to_y) = then.displacement, state.displacement
+        (x, y), (to_x, to_y) = then.displacement, place.displacement
         return box.shifted(to_x - x, to_y - y)
 
     def evidence(self, given: CueInput) -> Evidence | None:
         """Return what the last box says of the newest frame, see :meth:`Cue.evidence`."""
-        box, heat = self.box_in(given.states[-1]), given.view.heat
+        box, heat = self.box_in(given.states[-1].place), given.view.heat
         shown = given.drawn is not None or (heat is not None and heat.trust > _TRUSTED)
         if box is None or shown:
             return None

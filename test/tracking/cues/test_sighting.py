@@ -39,7 +39,7 @@ def beyond(cue: SightingCue, now: State, trust: float | None = None) -> np.ndarr
 def test_what_is_beyond_the_box_is_not_theirs_wherever_they_went_since(way) -> None:
     cue = SightingCue()
     assert beyond(cue, state(0)) is None
-    cue.see(BOX, state(0))
+    cue.see(BOX, state(0).place)
     found = beyond(cue, state(400_000_000, way))
     # A tenth of their height about it may be theirs.
     left, top = 50 - 6 + way[0], 20 - 6 + way[1]
@@ -50,15 +50,15 @@ def test_what_is_beyond_the_box_is_not_theirs_wherever_they_went_since(way) -> N
 
 def test_an_old_box_says_nothing() -> None:
     cue = SightingCue()
-    cue.see(BOX, state(0))
+    cue.see(BOX, state(0).place)
     assert beyond(cue, state(800_000_000)) is None
-    cue.see(BOX, state(700_000_000))
+    cue.see(BOX, state(700_000_000).place)
     assert beyond(cue, state(800_000_000)).any()
 
 
 def test_a_box_says_nothing_where_a_trusted_map_shows_the_outline() -> None:
     cue = SightingCue()
-    cue.see(BOX, state(0))
+    cue.see(BOX, state(0).place)
     assert beyond(cue, state(100_000_000), 0.9) is None
     assert beyond(cue, state(100_000_000), 0.1).any()
 
