@@ -101,14 +101,14 @@ class People:
         areas = tuple(track.pose.area for track in self.seen_in(view))
         return Regions(areas, any(track.view is view for track in self.lost))
 
-    def is_missing(self, stamp_ns: int, *, others: bool) -> bool:
+    def is_missing(self, *, others: bool) -> bool:
         """Return whether anybody is lost or was not seen at the last look, or nobody is there."""
         published = self.published
         found = [track for track in published if track.state == TRACKED]
         if not published or len(found) < len(published):
             return True
         waiting = others and len(found) < self.slots
-        waiting = waiting and any(each.may_begin(stamp_ns) for each in self.tentative)
+        waiting = waiting and not all(each.rejected for each in self.tentative)
         return waiting or any(track.existence.missed for track in published)
 
     def has_small(self, height: float, *, others: bool) -> bool:

@@ -22,9 +22,6 @@ _THING_NS = 30_000_000_000
 _COMPARED_NS = 500_000_000
 """Time after which somebody may look otherwise."""
 
-_MAY_BEGIN = -2.4
-"""Log-odds from which a second look, and a step, make a person."""
-
 _DISPLACED, _GONE_ON = 0.1, 0.25
 """How far somebody has come who may be no thing, and who is none, in heights of their box."""
 
@@ -67,10 +64,6 @@ class Tentative:
         if way >= _GONE_ON:
             existence = existence.moving(stamp_ns)
         return replace(self, detection=detection, stamp_ns=stamp_ns, existence=existence)
-
-    def may_begin(self, stamp_ns: int) -> bool:
-        """Return whether another look may show that they are a person."""
-        return not self.rejected and self.existence.log_odds(stamp_ns) >= _MAY_BEGIN
 
     def was_compared(self, stamp_ns: int) -> bool:
         """Return whether they were compared of late with those who are lost."""

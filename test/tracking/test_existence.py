@@ -5,7 +5,6 @@ import pytest
 from gait_segmentation.detector.detection import Detection
 from gait_segmentation.detector.networks import DetectorConfig, Networks
 from gait_segmentation.detector.scheduler import Detections, DetectorScheduler
-from gait_segmentation.geometry import Box
 from gait_segmentation.tracking.existence import CERTAIN, Existence
 from test.tracking.figures import Figure, Told, walk
 
@@ -184,21 +183,6 @@ def test_it_looks_closer_while_there_is_room_or_somebody_small_is_there(height, 
     for _ in range(20):
         track.show(figure)
     assert len(looks) == close
-
-
-@pytest.mark.parametrize(('score', 'often'), [(0.2, False), (0.5, True)])
-def test_what_cannot_become_a_person_is_not_looked_at_more_often(score, often):
-    figure, looks = Figure(100), []
-
-    def people(image):
-        looks.append(image)
-        return [Detection(figure.box, 0.9), Detection(Box(250, 60, 30, 100), score)]
-
-    rates = DetectorConfig(urgent_period=0.04, calm_period=0.4)
-    track = Told(2, scheduler=DetectorScheduler(rates, Networks(people)))
-    for _ in range(21):
-        track.show(figure)
-    assert len(looks) == (21 if often else 3)
 
 
 def test_whoever_gives_boxes_gives_all():
