@@ -191,7 +191,8 @@ class Worker:
                 took_s += self._clock() - began_s
                 # Calls are of the frame that comes after them.
                 if isinstance(do, partial) and do.func is self._work:
-                    self._took_s.append(took_s)
+                    with self._changed:
+                        self._took_s.append(took_s)
                     took_s = 0.0
         except Exception as error:  # For the thread that can end the process.
             self.failure = error
