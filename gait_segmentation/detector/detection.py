@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -22,7 +22,7 @@ PART = 0.4
 
 
 _FITS = 0.5
-"""Intersection over union of a box and that of the mask in it, from which the latter is better."""
+"""Intersection over union of a box and that of a mask, from which it is of who is in it."""
 
 _LEAST_DRAWN = 21
 """Pixels of a mask, as the network gives it, from which it has a box."""
@@ -51,14 +51,9 @@ class SoftMask:
         x, y = self.offset
         return box.shifted(-x, -y).scaled(1 / self.scale)
 
-    def box_in(self, asked: Box, *, late: bool = False) -> Box:
-        """
-        Return the box of the person for whom it was asked in some box: that, or their own.
-
-        :param late: whether they may have left that box.
-        """
-        fits = SAME_PERSON if late else _FITS
-        return asked if self.box is None or self.box.iou(asked) < fits else self.box
+    def fits(self, box: Box) -> bool:
+        """Return whether it is of somebody in a box of the image."""
+        return self.box is not None and self.box.iou(box) >= _FITS
 
     def drawn(self, window: Window, scale: float, shift: tuple[float, float]) -> NDArray[np.uint8]:
         """
@@ -100,10 +95,6 @@ class Detection:
     score: float
     mask: SoftMask | None = None
     by_map: bool = False
-
-    def drawn(self, mask: SoftMask, *, late: bool) -> Detection:
-        """Return it with what a network has drawn, ``late`` in a frame after its own."""
-        return replace(self, mask=mask, box=mask.box_in(self.box, late=True) if late else self.box)
 
 
 def associate(tracks: Sequence[Sequence[Box]], detections: Sequence[Detection]) -> dict[int, int]:

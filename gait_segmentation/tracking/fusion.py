@@ -163,7 +163,7 @@ class FusionTrack(Track):
         now = self.states[-1]
         self._drawn, self._outlined = (mask, now), True
         if self.sighting.newest != now.place:
-            self._see_in(mask.box_in(box), now.place)
+            self._see_in(mask.box if mask.box and mask.fits(box) else box, now.place)
 
     def sought_in(self, stamp_ns: int) -> tuple[Box, ...]:
         """Return where a detector may see them: where it did last, if it did of late."""

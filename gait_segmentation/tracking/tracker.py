@@ -38,6 +38,10 @@ _DRAWN = 0.4
 """Score from which a person who is not known yet is drawn."""
 
 
+_NEW_NS = 500_000_000
+"""Age of a look up to which somebody new is found near where they were then."""
+
+
 class PeopleTracker:
     """
     Tracks people: detections in, tracks out.
@@ -180,6 +184,8 @@ class PeopleTracker:
         seen = self._look(image)
         scene.show(seen.heat)
         new = self._associate(scene, seen)
+        if stamp_ns - seen.stamp_ns > _NEW_NS:
+            new = []
         masks, new = self._draw(image, given, new, late=seen.stamp_ns < stamp_ns)
         people = self._people
         found = people.follow(new, seen.stamp_ns, seen.by_map, scene)
@@ -297,8 +303,7 @@ class PeopleTracker:
 
         :param given: boxes of who is to begin.
         :param new: whom a detector saw and nobody tracks, the best first.
-        :param late: whether that was in an earlier frame, so that a mask tells better where, or
-            that they have left.
+        :param late: whether that was in an earlier frame.
         :returns: the masks in the boxes given, as far as they are drawn, and who is new.
         """
         stamp_ns, tracked = self._stamp_ns, self._people.tracked
@@ -310,11 +315,25 @@ class PeopleTracker:
             track.take_mask(mask, box)
         of_new = masks[len(given) : len(boxes)]
         drawn = [
-            self._sources.rated(each.drawn(mask, late=late))
+            replace(each, mask=mask) if not late else self._found_again(image, each, mask)
             for each, mask in zip(new, of_new, strict=False)
-            if not late or mask.box is not None
         ]
-        return masks[: len(given)], [*drawn, *new[len(of_new) :]]
+        there = [self._sources.rated(each) for each in drawn if each is not None]
+        return masks[: len(given)], [*there, *new[len(of_new) :]]
+
+    def _found_again(
+        self, image: NDArray[np.uint8], person: Detection, mask: SoftMask
+    ) -> Detection | None:
+        """
+        Return somebody who was detected in an earlier frame where they are now, if they are.
+
+        A mask shows people though they have left the box by their own width, but no farther.
+        """
+        box = mask.box
+        again = [] if box is None else self._sources.draw(image, self._stamp_ns, [box])
+        if box is None or not again or not again[0].fits(box):
+            return None
+        return replace(person, box=again[0].box or box, mask=again[0])
 
     def _observe(self, scene: Scene) -> dict[int, NDArray[np.uint8]]:
         """Compute the likelihoods of a frame, refine the boxes by them, and look for the lost."""

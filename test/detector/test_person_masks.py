@@ -55,12 +55,14 @@ def test_each_has_a_mask_of_their_own_and_no_more_than_is_about_their_box(drawer
         assert overlap(drawer.draw(scene(own, other), box), box) > 0.9
 
 
-def test_the_box_of_a_mask_is_better_than_one_that_is_a_little_off(drawer):
+def test_a_mask_fits_a_box_that_is_a_little_off_and_has_a_better_one(drawer):
     box, off = Box(60, 60, 40, 120), Box(66, 63, 40, 120)
-    assert drawer.draw(scene(box), off).box_in(off).iou(box) == pytest.approx(1, abs=0.1)
+    mask = drawer.draw(scene(box), off)
+    assert mask.fits(off)
+    assert mask.box.iou(box) == pytest.approx(1, abs=0.1)
     # Not if there is hardly anything in it, or something else.
-    assert drawer.draw(scene(), off).box_in(off) == off
-    assert drawer.draw(scene(Box(60, 100, 20, 40)), off).box_in(off) == off
+    assert not drawer.draw(scene(), off).fits(off)
+    assert not drawer.draw(scene(Box(60, 100, 20, 40)), off).fits(off)
 
 
 def test_the_network_draws_a_person_and_nothing_else():
