@@ -38,7 +38,7 @@ _DRAWN = 0.4
 """Score from which a person who is not known yet is drawn."""
 
 
-_NEW_NS = 500_000_000
+_NEW_NS = 600_000_000
 """Age of a look up to which somebody new is found near where they were then."""
 
 
@@ -306,20 +306,22 @@ class PeopleTracker:
         :param late: whether that was in an earlier frame.
         :returns: the masks in the boxes given, as far as they are drawn, and who is new.
         """
-        stamp_ns, tracked = self._stamp_ns, self._people.tracked
-        known = sorted(tracked, key=lambda track: _need(track, stamp_ns), reverse=True)
-        sought = [track.sought_in(stamp_ns)[-1] for track in known]
-        boxes = [*given, *(each.box for each in new if each.score >= _DRAWN)]
-        masks = self._sources.draw(image, stamp_ns, [*boxes, *sought])
-        for track, mask, box in zip(known, masks[len(boxes) :], sought, strict=False):
-            track.take_mask(mask, box)
-        of_new = masks[len(given) : len(boxes)]
+        stamp_ns = self._stamp_ns
+        masks = self._sources.draw(image, stamp_ns, given)
+        boxes = [each.box for each in new if each.score >= _DRAWN]
+        of_new = self._sources.draw(image, stamp_ns, boxes)
         drawn = [
-            replace(each, mask=mask) if not late else self._found_again(image, each, mask)
+            self._found_again(image, each, mask) if late else replace(each, mask=mask)
             for each, mask in zip(new, of_new, strict=False)
         ]
         there = [self._sources.rated(each) for each in drawn if each is not None]
-        return masks[: len(given)], [*there, *new[len(of_new) :]]
+        tracked = self._people.tracked
+        known = sorted(tracked, key=lambda track: _need(track, stamp_ns), reverse=True)
+        sought = [track.sought_in(stamp_ns)[-1] for track in known]
+        of_known = self._sources.draw(image, stamp_ns, sought)
+        for track, mask, box in zip(known, of_known, sought, strict=False):
+            track.take_mask(mask, box)
+        return masks, [*there, *new[len(of_new) :]]
 
     def _found_again(
         self, image: NDArray[np.uint8], person: Detection, mask: SoftMask
