@@ -158,7 +158,12 @@ class DetectorScheduler:
         return last_ns is None or stamp_ns - last_ns >= round(1e9 * period_s / self.pace)
 
     def draw(
-        self, image: NDArray[np.uint8], stamp_ns: int, people: Sequence[Box]
+        self,
+        image: NDArray[np.uint8],
+        stamp_ns: int,
+        people: Sequence[Box],
+        *,
+        always: bool = False,
     ) -> list[SoftMask]:
         """
         Draw people in a frame, the first of them, as many as there is time for.
@@ -166,6 +171,7 @@ class DetectorScheduler:
         :param image: (H, W, 3) uint8 BGR.
         :param stamp_ns: its stamp.
         :param people: the boxes about them, who needs a mask most first.
+        :param always: whether all are to be drawn now, and others later for it.
         :raises DetectorError: in lockstep, if the networks cannot be loaded.
         """
         since_s = 0.0 if self._drawn_ns is None else (stamp_ns - self._drawn_ns) / 1e9
@@ -174,7 +180,8 @@ class DetectorScheduler:
         networks = self._at_hand() if people else None
         if networks is None or networks.masks is None:
             return []
-        drawn = [networks.masks.draw(image, box) for box in people[: int(self._masks)]]
+        most = len(people) if always else max(int(self._masks), 0)
+        drawn = [networks.masks.draw(image, box) for box in people[:most]]
         self._masks -= len(drawn)
         return drawn
 

@@ -102,10 +102,15 @@ class Sources:
         return Seen(seen.stamp_ns, seen.people, tuple(by_map), heat, seen.least_share * longest)
 
     def draw(
-        self, image: NDArray[np.uint8], stamp_ns: int, people: Sequence[Box]
+        self,
+        image: NDArray[np.uint8],
+        stamp_ns: int,
+        people: Sequence[Box],
+        *,
+        always: bool = False,
     ) -> list[SoftMask]:
         """Draw people, see :meth:`.DetectorScheduler.draw`."""
-        return self._scheduler.draw(image, stamp_ns, people)
+        return self._scheduler.draw(image, stamp_ns, people, always=always)
 
     def rated(self, person: Detection) -> Detection:
         """Return a detection with the score it has by its mask, see :meth:`.MapRegions.rated`."""

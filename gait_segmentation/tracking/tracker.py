@@ -332,10 +332,10 @@ class PeopleTracker:
         A mask shows people though they have left the box by their own width, but no farther.
         """
         box = mask.box
-        again = [] if box is None else self._sources.draw(image, self._stamp_ns, [box])
-        if box is None or not again or not again[0].fits(box):
+        if box is None:
             return None
-        return replace(person, box=again[0].box or box, mask=again[0])
+        (mask,) = self._sources.draw(image, self._stamp_ns, [box], always=True)
+        return replace(person, box=mask.box or box, mask=mask) if mask.fits(box) else None
 
     def _observe(self, scene: Scene) -> dict[int, NDArray[np.uint8]]:
         """Compute the likelihoods of a frame, refine the boxes by them, and look for the lost."""

@@ -92,6 +92,15 @@ def test_only_so_many_masks_are_drawn_in_a_second_those_first_who_need_one(rate,
     assert 0 <= sum(numbers) - rate * 49 * 0.04 <= 5
 
 
+def test_who_has_to_be_drawn_is_and_others_wait_for_it():
+    scheduler = DetectorScheduler(DetectorConfig(mask_rate=25), DETECTOR._replace(masks=Masks()))
+    frame = 40_000_000
+    assert len(scheduler.draw(IMAGE, frame, [SOMEBODY.box] * 9)) == 5
+    assert len(scheduler.draw(IMAGE, frame, [SOMEBODY.box] * 3, always=True)) == 3
+    numbers = [len(scheduler.draw(IMAGE, k * frame, [SOMEBODY.box])) for k in range(2, 8)]
+    assert numbers == [0, 0, 0, 1, 1, 1]
+
+
 @pytest.mark.parametrize('network', ['boxes', 'none'])
 def test_what_does_not_draw_draws_nobody(network):
     scheduler = DetectorScheduler(DetectorConfig(network=network))
