@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -42,7 +43,7 @@ class SoftMask:
     offset: tuple[float, float]
     limits: Box
 
-    @property
+    @cached_property
     def box(self) -> Box | None:
         """Return the tight box of what is surely theirs, in the image, None if hardly any is."""
         sure = self.values > 127

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.detector.detection import Detection, SoftMask
+from gait_segmentation.detector.detection import Detection
 from gait_segmentation.detector.map_regions import MapRegions
 from gait_segmentation.detector.person_detector import LEAST_SHARE
 from gait_segmentation.detector.scheduler import DetectorScheduler
@@ -47,6 +47,9 @@ class Sources:
         self, bank: TemplateBank, config: StartingConfig, scheduler: DetectorScheduler
     ) -> None:
         self.config, self._scheduler = config, scheduler
+        self.draw = scheduler.draw
+        """Draws people, see :meth:`.DetectorScheduler.draw`."""
+
         self._shapes = BodyShapes(bank)
         self.reset()
 
@@ -100,17 +103,6 @@ class Sources:
         if seen is None or seen.stamp_ns < max(stamp_ns - _LATEST_NS, since_ns):
             return Seen(stamp_ns, by_map=tuple(by_map), heat=heat)
         return Seen(seen.stamp_ns, seen.people, tuple(by_map), heat, seen.least_share * longest)
-
-    def draw(
-        self,
-        image: NDArray[np.uint8],
-        stamp_ns: int,
-        people: Sequence[Box],
-        *,
-        always: bool = False,
-    ) -> list[SoftMask]:
-        """Draw people, see :meth:`.DetectorScheduler.draw`."""
-        return self._scheduler.draw(image, stamp_ns, people, always=always)
 
     def rated(self, person: Detection) -> Detection:
         """Return a detection with the score it has by its mask, see :meth:`.MapRegions.rated`."""
