@@ -18,7 +18,7 @@ from gait_segmentation.geometry import Box
 MODEL = Path(__file__).with_name('person_masks.onnx.gz')
 """The network; where it comes from and its licence are told by the text beside it."""
 
-_SQUARE_PX = 256
+_SQUARE_PX = 224
 """Side of the square that the network sees, in pixels."""
 
 _SQUARE, _LOWER = 1.35, 0.03

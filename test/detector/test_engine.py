@@ -15,7 +15,7 @@ from test.networks import demo_picture
 @pytest.mark.parametrize(('network', 'mean'), [(MASKS, 0.0), (DETECTOR, 127.5)])
 def test_the_same_is_seen_with_and_without_onnx_runtime(monkeypatch, network, mean):
     blob = cv2.dnn.blobFromImage(
-        cv2.resize(demo_picture()[20:200, 420:], (256, 256)), mean=[mean] * 3
+        cv2.resize(demo_picture()[20:200, 420:], (224, 224)), mean=[mean] * 3
     )
     fast = Engine(network)(blob)
     monkeypatch.setattr(engine, 'onnx_runtime', lambda: None)

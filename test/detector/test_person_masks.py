@@ -13,7 +13,7 @@ SIZE = 300
 
 def red(blob):
     """A network that takes for a person what is red."""
-    assert blob.shape == (1, 3, 256, 256)
+    assert blob.shape == (1, 3, 224, 224)
     return 8 * (blob[0, 2:] - 127.5)
 
 
