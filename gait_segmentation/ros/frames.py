@@ -9,7 +9,7 @@ import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from statistics import median
+from statistics import fmean
 from typing import Any
 
 _MOMENT = 10
@@ -113,9 +113,14 @@ class Worker:
 
     @property
     def took_s(self) -> float:
-        """Return the time that a frame takes of late: one that waits for kernels is no load."""
+        """
+        Return the time that a frame takes of late.
+
+        It is the mean of all but the longest: one that waits for kernels is no load.
+        """
         with self._changed:
-            return median(self._took_s) if self._took_s else 0.0
+            took_s = sorted(self._took_s)
+        return fmean(took_s[:-1] or took_s) if took_s else 0.0
 
     @property
     def step_s(self) -> float:

@@ -8,7 +8,7 @@ _LEAST = 1 / 8
 _EVERY_S = 1.0
 """Time after which it is seen what a change has brought."""
 
-_TOO_MUCH, _ENOUGH = 1.0, 0.7
+_TOO_MUCH, _ENOUGH = 0.9, 0.6
 """Load from which the pace is halved, and below which it is doubled."""
 
 
@@ -16,8 +16,8 @@ class Pace:
     """
     A pace that follows the load, from 1, all that is asked for, down to an eighth of it.
 
-    It is halved while frames take longer than they come, and doubled when there is time again, at
-    most once a second.
+    It is halved while frames take about as long as they come, as some then wait for those that
+    take longer, and doubled when there is time again, at most once a second.
     """
 
     def __init__(self) -> None:
