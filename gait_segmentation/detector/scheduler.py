@@ -21,6 +21,9 @@ from gait_segmentation.geometry import Box
 
 _NICENESS = 10
 
+_EARLY_NS = 2_000_000
+"""What a frame may come too early for a look: stamps are rounded, and cameras not exact."""
+
 _MOST_DRAWN = 5
 """People who are drawn in one image."""
 
@@ -155,7 +158,8 @@ class DetectorScheduler:
 
     def _is_over(self, period_s: float, last_ns: int | None, stamp_ns: int) -> bool:
         """Return whether a time has passed since something was done, if it was."""
-        return last_ns is None or stamp_ns - last_ns >= round(1e9 * period_s / self.pace)
+        due_ns = 1e9 * period_s / self.pace - _EARLY_NS
+        return last_ns is None or stamp_ns - last_ns >= due_ns
 
     def draw(
         self,

@@ -54,6 +54,15 @@ def test_looks_are_more_frequent_while_somebody_is_missing(urgent, period_ms, nu
     assert not looks(DetectorScheduler(networks=DETECTOR), boxes=False, urgent=urgent)
 
 
+def test_frames_that_come_a_little_early_are_looked_at():
+    scheduler, numbers = DetectorScheduler(networks=DETECTOR), []
+    for number in range(10):
+        early_ns = 0 if number == 0 else 10**6
+        if scheduler.look(IMAGE, 10**9 + round(number * 1e9 / 30) - early_ns, urgent=True):
+            numbers.append(number)
+    assert numbers == [0, 3, 6, 9]
+
+
 @pytest.mark.parametrize('urgent', [False, True])
 def test_while_small_people_are_asked_for_it_looks_closer_now_and_then(urgent):
     child = Detection(Box(1, 1, 1, 1), 0.6)
