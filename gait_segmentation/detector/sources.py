@@ -104,6 +104,6 @@ class Sources:
             return Seen(stamp_ns, by_map=tuple(by_map), heat=heat)
         return Seen(seen.stamp_ns, seen.people, tuple(by_map), heat, seen.least_share * longest)
 
-    def rated(self, person: Detection) -> Detection:
-        """Return a detection with the score it has by its mask, see :meth:`.MapRegions.rated`."""
-        return self._regions.rated(person)
+    def rated(self, people: Sequence[Detection]) -> list[Detection]:
+        """Return detections with the score they have by their masks; :meth:`.MapRegions.rated`."""
+        return [self._regions.rated(each) for each in people]

@@ -39,6 +39,9 @@ _MOVED = 2.0
 _RESTS, _RESTS_NS = -2.5, 1_000_000_000
 """What it adds that no pixel has moved since it was found, and after which time."""
 
+_TRIAL_NS = 5_000_000_000
+"""Time for which what has not moved since it was found is followed, whatever it looks like."""
+
 _UNLIKE = -6.0
 """What it adds that what rests looks otherwise than it did while it moved."""
 
@@ -130,6 +133,11 @@ class Existence:
     def moving(self, stamp_ns: int) -> Existence:
         """Return the existence after a frame in which they move against the world."""
         return replace(self, moved_ns=stamp_ns, unlike=False)
+
+    def is_on_trial(self, stamp_ns: int) -> bool:
+        """Return whether they have not moved since they were found, but not for long."""
+        resting = self.moved_ns is None and not (self.given or self.is_gone)
+        return resting and stamp_ns - self.found_ns < _TRIAL_NS
 
     def is_at_rest(self, stamp_ns: int) -> bool:
         """Return whether it is to be seen if what rests there is still the person."""

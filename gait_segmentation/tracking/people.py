@@ -168,10 +168,14 @@ class People:
         alive, published = [], self.published
         for track in self.tracks:
             state, reason = next_state(track, stamp_ns, gap_s=gap_s)
+            on_trial = track.existence.is_on_trial(stamp_ns)
             if track.slot is not None:
                 self.reasons[track.slot] = reason
-            elif gap_s or not _is_needed(track, published):
-                continue
+                if state == ENDED and on_trial:
+                    # Followed on without the slot, whoever has only stood has it when they move.
+                    track.slot, state, reason = None, TRACKED, ''
+            elif gap_s or not (on_trial or _is_needed(track, published)):
+                state = ENDED
             if state != ENDED:
                 track.enter(state, reason)
                 alive.append(track)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import NO_CHROMA, NO_GRADIENT
-from gait_segmentation.detector.detection import PART, Detection, SoftMask
+from gait_segmentation.detector.detection import PART, Detection
 from gait_segmentation.detector.scheduler import DetectorScheduler
 from gait_segmentation.detector.sources import Seen, Sources
 from gait_segmentation.errors import InputError
@@ -29,14 +29,11 @@ from gait_segmentation.tracking import group
 from gait_segmentation.tracking.association import explain
 from gait_segmentation.tracking.beginning import Beginner
 from gait_segmentation.tracking.config import TrackingConfig
+from gait_segmentation.tracking.drawing import draw_known, draw_new
 from gait_segmentation.tracking.factory import TrackFactory
 from gait_segmentation.tracking.life_cycle import GAP_S
 from gait_segmentation.tracking.people import People
 from gait_segmentation.tracking.track import Track
-
-_DRAWN = 0.4
-"""Score from which a person who is not known yet is drawn."""
-
 
 _NEW_NS = 600_000_000
 """Age of a look up to which somebody new is found near where they were then."""
@@ -184,10 +181,10 @@ class PeopleTracker:
         seen = self._look(image)
         scene.show(seen.heat)
         new = self._associate(scene, seen)
-        if stamp_ns - seen.stamp_ns > _NEW_NS:
-            new = []
-        masks, new = self._draw(image, given, new, late=seen.stamp_ns < stamp_ns)
-        people = self._people
+        people, draw = self._people, partial(self._sources.draw, image, stamp_ns)
+        masks = draw(given)
+        new = self._sources.rated(draw_new(draw, new, late=seen.stamp_ns < stamp_ns))
+        draw_known(draw, people.tracked, stamp_ns)
         found = people.follow(new, seen.stamp_ns, seen.by_map, scene)
         self._beginner.remember(scene, people, wanted=not (at_first or self._is_given))
         self._beginner.begin_given(scene, people, given, masks)
@@ -279,7 +276,7 @@ class PeopleTracker:
         """
         Give detections to tracks, each in the frame that they are of.
 
-        :returns: those of nobody who is tracked, the best first.
+        :returns: those of nobody who is tracked, the best first, if that was just now.
         """
         least = self.starting.least_height * max(scene.source)
         others = [
@@ -288,54 +285,8 @@ class PeopleTracker:
             if each.box.height >= least
             and all(each.box.common_share(other.box) <= PART for other in seen.by_map)
         ]
-        return sorted(others, key=lambda each: -each.score)
-
-    def _draw(
-        self,
-        image: NDArray[np.uint8],
-        given: Sequence[Box],
-        new: Sequence[Detection],
-        *,
-        late: bool,
-    ) -> tuple[list[SoftMask], list[Detection]]:
-        """
-        Have people drawn in the newest frame, those first who are to begin.
-
-        :param given: boxes of who is to begin.
-        :param new: whom a detector saw and nobody tracks, the best first.
-        :param late: whether that was in an earlier frame.
-        :returns: the masks in the boxes given, as far as they are drawn, and who is new.
-        """
-        stamp_ns = self._stamp_ns
-        masks = self._sources.draw(image, stamp_ns, given)
-        boxes = [each.box for each in new if each.score >= _DRAWN]
-        of_new = self._sources.draw(image, stamp_ns, boxes)
-        drawn = [
-            self._found_again(image, each, mask) if late else replace(each, mask=mask)
-            for each, mask in zip(new, of_new, strict=False)
-        ]
-        there = [self._sources.rated(each) for each in drawn if each is not None]
-        tracked = self._people.tracked
-        known = sorted(tracked, key=lambda track: _need(track, stamp_ns), reverse=True)
-        sought = [track.sought_in(stamp_ns)[-1] for track in known]
-        of_known = self._sources.draw(image, stamp_ns, sought)
-        for track, mask, box in zip(known, of_known, sought, strict=False):
-            track.take_mask(mask, box)
-        return masks, [*there, *new[len(of_new) :]]
-
-    def _found_again(
-        self, image: NDArray[np.uint8], person: Detection, mask: SoftMask
-    ) -> Detection | None:
-        """
-        Return somebody who was detected in an earlier frame where they are now, if they are.
-
-        A mask shows people though they have left the box by their own width, but no farther.
-        """
-        box = mask.box
-        if box is None:
-            return None
-        (mask,) = self._sources.draw(image, self._stamp_ns, [box], always=True)
-        return replace(person, box=mask.box or box, mask=mask) if mask.fits(box) else None
+        is_old = self._stamp_ns - seen.stamp_ns > _NEW_NS
+        return [] if is_old else sorted(others, key=lambda each: -each.score)
 
     def _observe(self, scene: Scene) -> dict[int, NDArray[np.uint8]]:
         """Compute the likelihoods of a frame, refine the boxes by them, and look for the lost."""
@@ -343,13 +294,13 @@ class PeopleTracker:
         likelihoods: dict[int, NDArray[np.uint8]] = {}
         for view in people.views:
             likelihoods |= group.observe(view, people.seen_in(view))
+        if not self._is_given:
+            people.number(self._stamp_ns)
         people.live(self._stamp_ns)
         for track in people.tracks:
             if track.slot is None and track.track_id in likelihoods:
                 others = [each for each in people.published if each.view is track.view]
                 track.keep_own(likelihoods[track.track_id], others)
-        if not self._is_given:
-            people.number(self._stamp_ns)
         scene.keep(people.views)
         return likelihoods
 
@@ -373,8 +324,3 @@ class PeopleTracker:
         scale = self._factory.scale_for(source, self.config.working_height)
         likelihood = np.zeros(working_shape(*source, scale), np.uint8)
         return TrackResult(stamp_ns, 0, None, likelihood, 0.0)
-
-
-def _need(track: Track, stamp_ns: int) -> float:
-    """Return how much a track needs to be drawn: those with a slot twice as often."""
-    return (stamp_ns - track.masked_ns) * (0.5 if track.slot is None else 1.0)

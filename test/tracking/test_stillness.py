@@ -79,12 +79,19 @@ def test_whom_a_detector_is_certain_of_may_stand():
 
 
 def test_what_looks_a_little_like_a_person_must_be_seen_to_move():
-    stands = [Figure(100)] * 100
+    stands = [Figure(100)] * 200
     sways = [Figure(100 + (number % 20 > 10)) for number in range(100)]
     assert {each.state for each in seen_by_a_detector(*sways)} == {'tracked'}
     results = seen_by_a_detector(*stands, *walk(Figure(200), 30))
     assert {each.state for each in results[:20]} == {'tracked'}
     # The detector goes on seeing it.
-    assert {each.state for each in results[40:100]} == {'empty'}
+    assert {each.state for each in results[40:200]} == {'empty'}
     assert 'not moved' in results[40].reason
     assert results[-1].state == 'tracked'
+
+
+def test_who_only_stood_is_the_same_when_they_walk():
+    stands = [Figure(100)] * 60
+    results = seen_by_a_detector(*stands, *walk(Figure(100), 20))
+    assert results[59].state == 'empty'
+    assert {(each.state, each.track_id) for each in results[65:]} == {('tracked', 1)}
