@@ -164,6 +164,17 @@ class FusionTrack(Track):
         self._drawn, self._outlined = (mask, now), True
         if self.sighting.newest != now.place:
             self._see_in(mask.box if mask.box and mask.fits(box) else box, now.place)
+        if self.existence.moved_ns is None:
+            self._uncover(mask)
+
+    def _uncover(self, mask: SoftMask) -> None:
+        """Forget what was learnt of the place where somebody stood who is drawn there now."""
+        view, window = self.view, self.window
+        lab = view.now.image.lab_part(window)
+        known = view.background.within(window).evidence(lab, self.config.shadow_floor)
+        there = mask.drawn(window, view.scale, (0.0, 0.0)) > 127
+        alike = np.where(there & (known < 0), np.uint8(255), np.uint8(0))
+        view.background.forget(placed(alike, window, view.shape))
 
     def sought_in(self, stamp_ns: int) -> tuple[Box, ...]:
         """Return where a detector may see them: where it did last, if it did of late."""

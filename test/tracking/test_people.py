@@ -165,3 +165,20 @@ def test_a_track_that_looks_do_not_see_goes_over_to_who_looks_like_it(coat, foll
         (result,) = told.show(figure, other)
     assert result.track_id == 1
     assert (result.state == 'tracked' and result.box.iou(other.box) > 0.5) == follows
+
+
+def test_who_has_stood_there_from_the_beginning_is_no_part_of_the_place() -> None:
+    known, stands = Figure(90, RED), Figure(150, BLUE)
+    seen = [known]
+    networks = Networks(
+        lambda image: [Detection(each.box, 0.9) for each in seen], Masks([known, stands])
+    )
+    told = Told(2, scheduler=DetectorScheduler(EVERY, networks))
+    image, masks = picture([known, stands])
+    for _ in range(20):
+        told.see(image, masks[:1])
+    seen.append(stands)
+    for _ in range(4):
+        results = told.see(image, masks)
+    likely = results[1].likelihood > 127
+    assert likely[masks[1] > 0].mean() > 0.8
