@@ -10,8 +10,10 @@ import os
 import re
 import sys
 import time
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import cv2
 
@@ -23,12 +25,20 @@ from gait_segmentation.cli.tool import (
     preset_file,
     run_tool,
 )
-from gait_segmentation.config import overridden
+from gait_segmentation.config import overridden, replaced
 from gait_segmentation.errors import ConfigError
 from gait_segmentation.files import keep_apart
+from gait_segmentation.people import MOST_PEOPLE
 from gait_tools.evaluation.ablation import SPOILT, ablate
-from gait_tools.evaluation.report import place_table, table, tracking_table
-from gait_tools.evaluation.session import Session, load_sequences
+from gait_tools.evaluation.mot_challenge import (
+    MotSequence,
+    found_boxes,
+    load_mot_sequences,
+    mot_report,
+    read_tracks,
+)
+from gait_tools.evaluation.report import mot_table, place_table, table, tracking_table
+from gait_tools.evaluation.session import Session, load_sequences, shown
 from gait_tools.outputs import (
     check_file,
     is_own_picture,
@@ -39,6 +49,10 @@ from gait_tools.outputs import (
     write_json,
 )
 
+if TYPE_CHECKING:  # which takes long to load
+    from gait_segmentation.pipeline import Pipeline, PipelineConfig
+
+_Scored = tuple[dict[str, Any], list[str]]  # the report, and its tables
 _OUTPUT = Path('-')
 _SCORES = re.compile(rb'\{\s*"sequences": \{')  # beginning of a file of scores
 DESCRIPTION = """\
@@ -65,6 +79,13 @@ and, where several people are labelled,
                       or else from their true box in the first frame that
                       shows all of them
 
+or a folder of MOTChallenge (MOT17 and the like), of which boxes and identities
+are scored, nobody gives a box, and which has 16 slots (unless --set ...):
+  gt/gt.txt           frame,id,x,y,width,height,conf,class,visibility: who has
+                      conf 0 or is of another class than 1 is ambiguous
+  img1/NNNNNN.jpg     the images; frame 1 is the first
+  seqinfo.ini         frameRate (or else 30), imDir
+
 docs/evaluation.md says what the columns of the tables are.
 
 examples
@@ -75,6 +96,8 @@ examples
   gait_evaluate data/* --ablate mechanisms --out out/ablation --boxes 3 --jobs 2
   gait_evaluate data/hall --set segmentation.contrast=3 --bank mine.npz
   gait_evaluate data/hall --init auto --set people.max_people=1
+  gait_evaluate MOT17/train/*-FRCNN --json scores.json
+  gait_evaluate MOT17/train/MOT17-04-FRCNN --tracks tracks.txt
 """
 
 
@@ -108,6 +131,13 @@ def parser() -> argparse.ArgumentParser:
         "tracker's own likelihood; frames may go without; maps come LATE frames after theirs (0), "
         'with every EVERYth frame (1)',
     )
+    add(
+        '--tracks',
+        type=Path,
+        metavar='FILE',
+        help='of folders of MOTChallenge: score these tracks, as gait_replay --tracks writes '
+        'them, and run nothing; of several sequences a folder of NAME.txt',
+    )
     words = 'write all numbers to a file; - = to standard output (tables then to standard error)'
     add('--json', type=Path, metavar='FILE', help=words)
     words = 'write DIR/NAME/masks/NNNN.png and DIR/NAME/contact_sheet.png (found: green, true: '
@@ -139,6 +169,7 @@ def evaluate(options: argparse.Namespace) -> None:
     """Run, print and write everything that is asked for."""
     _keep_inputs(options)
     check_ranges(options, {'jobs': PROCESSORS, 'boxes': (1, 1000)})
+    mot = _is_mot(options)
     if options.ablate is not None:
         if options.out is None or options.json or options.warm:
             raise ConfigError('--ablate needs --out, and goes without --json and --warm')
@@ -157,35 +188,34 @@ def evaluate(options: argparse.Namespace) -> None:
         check_file(options.json)
     if options.out is not None:
         make_folder('--out', options.out)
-    # Here, so that --help does not wait for the kernels to be loaded.
-    from gait_segmentation.gait_model import TemplateBank
-    from gait_segmentation.kernels import compile_kernels, compiling
-    from gait_segmentation.pipeline import Pipeline, PipelineConfig
-
     to_output = options.json == _OUTPUT
     say = partial(print, file=sys.stderr if to_output else sys.stdout)
     cv2.setNumThreads(1)
-    settings = list(options.set)
-    if options.prior is not None:
-        settings.append(f'segmentation.prior={options.prior}')
-    config = PipelineConfig()
-    if options.preset is not None:
-        from gait_segmentation.cli.tool import Settings, read_parameter_file
+    scored = _score_boxes(options) if mot else _score_masks(options)
+    if scored is None:
+        return
+    report, tables = scored
+    say('\n\n'.join(filter(None, tables)))
+    if to_output:
+        print(json.dumps(report, indent=2))
+    elif options.json is not None:
+        write_json(options.json, report)
 
-        config = read_parameter_file(preset_file(options.preset), Settings(config)).config
-    config = overridden(config, settings)
-    bank = TemplateBank.load(options.bank) if options.bank is not None else None
+
+def _score_masks(options: argparse.Namespace) -> _Scored | None:
+    """Score sequences with masks; None of an ablation, which prints its table as it goes."""
+    settings = _settings(options)
+    config, make_pipeline = _prepared(options, settings)
     session = Session(
         sequences=load_sequences(options.sequence, options.heat_map),
-        make_pipeline=partial(Pipeline, bank=bank, clock=time.perf_counter),
+        make_pipeline=make_pipeline,
         clock=time.perf_counter,
         warm=options.warm,
         heat_map=options.heat_map,
         auto=options.init == 'auto',
         fixed=frozenset(setting.partition('=')[0].strip() for setting in settings),
     )
-    with compiling(lambda text: print(f'gait_evaluate: {text}', file=sys.stderr)):
-        compile_kernels()
+    _compile()
     if options.ablate is not None:
         told = ('preset', 'bank', 'init', 'heat_map')
         about, written = [f'{name}={getattr(options, name)}' for name in told], ''
@@ -195,14 +225,92 @@ def evaluate(options: argparse.Namespace) -> None:
             written += line
         if options.write is not None:
             write(options.write, with_part(options.write, options.ablate, written).encode())
-        return
+        return None
     report = session.evaluate(config, options.out)
-    tables = table(report), tracking_table(report), place_table(report, session.sequences)
-    say('\n\n'.join(filter(None, tables)))
-    if to_output:
-        print(json.dumps(report, indent=2))
-    elif options.json is not None:
-        write_json(options.json, report)
+    tables = [table(report), tracking_table(report), place_table(report, session.sequences)]
+    return report, tables
+
+
+def _score_boxes(options: argparse.Namespace) -> _Scored:
+    """Score folders of MOTChallenge: given tracks, or what is found, as gait_replay finds it."""
+    sequences = load_mot_sequences(options.sequence)
+    if options.tracks is not None:
+        given = ((each, read_tracks(options.tracks, each.name)) for each in sequences)
+        report = mot_report({each.name: each.compared(tracks) for each, tracks in given})
+        return report, [mot_table(report)]
+    from gait_segmentation.cli.lockstep import results_of
+
+    config, make_pipeline = _prepared(options, _settings(options), slots=MOST_PEOPLE)
+    sources = [each.source() for each in sequences]
+    _compile()
+    compared = {}
+    for each, source in zip(sequences, sources, strict=True):
+        results = results_of(source, make_pipeline(config), None, _warn)
+        tracks = found_boxes(shown(results, each.name, source.total or 0))
+        compared[each.name] = each.compared(tracks)
+    report = mot_report(compared)
+    return report, [mot_table(report)]
+
+
+def _settings(options: argparse.Namespace) -> list[str]:
+    """Return what is changed of the parameters."""
+    prior = [] if options.prior is None else [f'segmentation.prior={options.prior}']
+    return [*options.set, *prior]
+
+
+def _prepared(
+    options: argparse.Namespace, settings: list[str], slots: int = 0
+) -> tuple[PipelineConfig, Callable[[Any], Pipeline]]:
+    """Return the configuration, with a number of slots unless it is set, and what runs it."""
+    # Here, so that --help does not wait for the kernels to be loaded.
+    from gait_segmentation.gait_model import TemplateBank
+    from gait_segmentation.pipeline import Pipeline, PipelineConfig
+
+    config = PipelineConfig()
+    if options.preset is not None:
+        from gait_segmentation.cli.tool import Settings, read_parameter_file
+
+        config = read_parameter_file(preset_file(options.preset), Settings(config)).config
+    if slots:
+        config = replaced(config, 'people', 'max_people', slots)
+    config = overridden(config, settings)
+    bank = TemplateBank.load(options.bank) if options.bank is not None else None
+    return config, partial(Pipeline, bank=bank, clock=time.perf_counter)
+
+
+def _compile() -> None:
+    """Have the kernels compiled, and say so if that takes time."""
+    from gait_segmentation.kernels import compile_kernels, compiling
+
+    with compiling(_warn):
+        compile_kernels()
+
+
+def _warn(text: str) -> None:
+    print(f'gait_evaluate: {text}', file=sys.stderr)
+
+
+def _is_mot(options: argparse.Namespace) -> bool:
+    """Return whether folders are of MOTChallenge; ConfigError if options do not go with them."""
+    kinds = [MotSequence.is_at(path) for path in options.sequence]
+    if not all(kinds):
+        other = options.sequence[kinds.index(False)]
+        if any(kinds) or options.tracks is not None:
+            why = '--tracks needs' if options.tracks is not None else 'others here have'
+            raise ConfigError(
+                f'{other} has no gt/gt.txt, which {why}: score other sequences by themselves'
+            )
+        return False
+    of_masks = ('warm', 'heat_map', 'ablate', 'out', 'write')
+    of_pipelines = ('set', 'preset', 'prior', 'bank') if options.tracks is not None else ()
+    for names, why in (
+        (of_masks, 'is for sequences with masks, and a folder of MOTChallenge has none'),
+        (of_pipelines, 'is for the pipeline, which --tracks does not run'),
+    ):
+        for name in names:
+            if getattr(options, name):
+                raise ConfigError(f'--{name.replace("_", "-")} {why}: leave it out')
+    return True
 
 
 def _is_mask(head: bytes) -> bool:
@@ -222,7 +330,7 @@ def _keep_inputs(options: argparse.Namespace) -> None:
             for what in ('masks', 'contact_sheet.png')
         ]
     settings = dict(setting.partition('=')[::2] for setting in options.set)
-    others = (options.bank, settings.get('segmentation.vocabulary'))
+    others = (options.bank, options.tracks, settings.get('segmentation.vocabulary'))
     keep_apart(outputs, [*options.sequence, *(Path(each) for each in others if each)])
 
 

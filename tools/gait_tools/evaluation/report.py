@@ -146,6 +146,14 @@ _TRACKING_COLUMNS: Columns = {
     'back s': ('recovery_seconds', 2),
     'false': ('false_slots', 0),
 }
+_MOT_COLUMNS: Columns = {
+    'people': ('people', 0),
+    'MOTA': ('mota', 3),
+    'IDF1': ('idf1', 3),
+    'recall': ('recall', 3),
+    'precision': ('precision', 3),
+    'switches': ('id_switches', 0),
+}
 _NEVER = {'lock s': 'never_locked', 'back s': 'never_recovered'}
 _PLACE_COLUMNS = ('J', 'error %', 'box IoU', *BOXES)
 
@@ -187,6 +195,13 @@ def tracking_table(report: Mapping[str, Any]) -> str:
         people = str(len(scores['people'])) if 'people' in scores else ''
         rows.append([name, people, *_cells(columns, scores)])
     return aligned(rows) + ('' if known else f'\n({MISSING})')
+
+
+def mot_table(report: Mapping[str, Any]) -> str:
+    """Return how boxes were followed as an aligned table, one line per sequence and for all."""
+    lines = [*report['sequences'].items(), ('overall', report['overall'])]
+    rows = [[name, *_cells(_MOT_COLUMNS, numbers)] for name, numbers in lines]
+    return aligned([['boxes', *_MOT_COLUMNS], *rows])
 
 
 def place_table(report: Mapping[str, Any], sequences: Iterable[Sequence]) -> str:

@@ -6,11 +6,11 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Container
+from collections.abc import Callable, Container, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import cv2
 import numpy as np
@@ -28,7 +28,7 @@ Frames = dict[int, Path]
 Boxes = dict[int, tuple[Box, ...]]
 
 _FIRST_STAMP_NS = 1_000_000_000  # stamp of frame 0: a stamp of zero means "no stamp" to the stages
-_RATES_HZ = (0.01, 1000.0)
+RATES_HZ = (0.01, 1000.0)
 _NUMBER = re.compile(r'[0-9]+$')
 _TIMED = re.compile(r'([^:]+)(?::([0-9]+)(?::([1-9][0-9]*))?)?')  # NAME[:LATE[:EVERY]]
 
@@ -39,7 +39,35 @@ def frame_stamp_ns(place: int, fps: float) -> int:
 
 
 @dataclass(frozen=True)
-class Sequence:
+class SequenceFolder:
+    """A clip in a folder, which gives it its name."""
+
+    folder: Path
+
+    @property
+    def name(self) -> str:
+        """Return the name of the folder."""
+        return self.folder.resolve().name
+
+
+Clip = TypeVar('Clip', bound=SequenceFolder)
+
+
+def named_apart(clips: Iterable[Clip]) -> list[Clip]:
+    """Return clips as they are; SequenceError if two have the same name."""
+    named: dict[str, Clip] = {}
+    for clip in clips:
+        first = named.setdefault(clip.name, clip)
+        if first is not clip:
+            raise SequenceError(
+                f'{clip.folder} has the same name as {first.folder}; every sequence needs a name '
+                'of its own'
+            )
+    return list(named.values())
+
+
+@dataclass(frozen=True)
+class Sequence(SequenceFolder):
     """
     One clip with its ground truth; images are read when they are asked for.
 
@@ -47,7 +75,6 @@ class Sequence:
     ``given_boxes`` are by the number of the frame in which they start tracks.
     """
 
-    folder: Path
     about: dict[str, Any] = field(repr=False)
     fps: float
     initial_frame: int
@@ -91,11 +118,6 @@ class Sequence:
         if not boxes and not labels:
             raise SequenceError(f'{path} has no initial_box')
         return cls(folder, about, fps, first, size, frames, masks, labels, boxes)
-
-    @property
-    def name(self) -> str:
-        """Return the name of the folder."""
-        return self.folder.resolve().name
 
     @property
     def initial_box(self) -> Box | None:
@@ -191,7 +213,7 @@ class Sequence:
 def _fps(about: dict[str, Any], path: Path) -> float:
     if 'fps' not in about:
         raise SequenceError(f'{path} has no fps')
-    fps, (low, high) = about['fps'], _RATES_HZ
+    fps, (low, high) = about['fps'], RATES_HZ
     if not (_finite(fps) and low <= fps <= high):
         raise SequenceError(f'fps in {path} must be from {low:g} to {high:g}, got {fps!r}')
     return float(fps)

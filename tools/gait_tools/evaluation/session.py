@@ -19,7 +19,7 @@ from gait_segmentation.errors import SequenceError
 from gait_tools.evaluation.metrics import PERSON, evaluation_window, jaccard, mean_known, start_box
 from gait_tools.evaluation.report import SequenceOutput, Summary, mean_of
 from gait_tools.evaluation.runner import Outcome, run
-from gait_tools.evaluation.sequence import Boxes, Sequence, read_mask
+from gait_tools.evaluation.sequence import Boxes, Sequence, named_apart, read_mask
 from gait_tools.evaluation.tracking_score import TrackingScore, first_frames
 
 if TYPE_CHECKING:  # which takes long to load
@@ -33,7 +33,7 @@ MAP_SLOTS = 3  # slots, at least, where nobody is given but heat maps show every
 
 def load_sequences(folders: Iterable[Path], heat_map: str = '') -> list[Sequence]:
     """Open sequences to be scored, with heat maps where these are named."""
-    loaded: dict[str, Sequence] = {}
+    loaded = []
     for folder in folders:
         sequence = Sequence.load(folder)
         scored = [number for number in sequence.numbers if number in sequence.masks]
@@ -47,13 +47,8 @@ def load_sequences(folders: Iterable[Path], heat_map: str = '') -> list[Sequence
                 f'no mask in {folder / "masks"} has a pixel of {PERSON}, the value of a person'
             )
         sequence.heat_maps(heat_map)
-        if sequence.name in loaded:
-            raise SequenceError(
-                f'{folder} has the same name as {loaded[sequence.name].folder}; '
-                'every sequence needs a name of its own'
-            )
-        loaded[sequence.name] = sequence
-    return list(loaded.values())
+        loaded.append(sequence)
+    return named_apart(loaded)
 
 
 def map_j(sequence: Sequence, name: str) -> float | None:
@@ -137,7 +132,7 @@ class Session:
         summary = Summary(TrackingScore(attendance, first_frames(attendance, starts)))
         output = None if out is None else SequenceOutput(out / sequence.name, sequence)
         outcomes = self._run(config, sequence, sequence.numbers, starts)
-        for outcome in _shown(outcomes, title, len(sequence.numbers)):
+        for outcome in shown(outcomes, title, len(sequence.numbers)):
             summary.add(outcome, sequence.labels(outcome.number))
             if output is not None:
                 output.add(outcome)
@@ -149,7 +144,7 @@ class Session:
         """Give the true box at every tenth frame that shows a person; yield J from there on."""
         single, numbers = self._suited(config, 1), sequence.numbers
         places = range(0, len(numbers) - WARM_LEAST, WARM_EVERY)
-        for place in _shown(places, f'{sequence.name} warm', len(places)):
+        for place in shown(places, f'{sequence.name} warm', len(places)):
             first = numbers[place]
             truth = sequence.truth(first)
             box = None if truth is None else start_box(truth)
@@ -167,7 +162,7 @@ class Session:
         return config
 
 
-def _shown(items: Iterable[Item], name: str, total: int) -> Iterator[Item]:
+def shown(items: Iterable[Item], name: str, total: int) -> Iterator[Item]:
     """Pass items on, and show how many there were."""
     # disable=None: no bar where stderr is not a terminal.
     off = None if name else True

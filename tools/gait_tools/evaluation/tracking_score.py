@@ -271,19 +271,26 @@ class TrackingScore:
         self._holds.update(now)
 
 
+def accumulated(frames: Iterable[MotFrame]) -> Any:
+    """Return the frames as motmetrics takes them."""
+    import motmetrics
+
+    accumulator = motmetrics.MOTAccumulator(auto_id=True)
+    for people, ids, iou in frames:
+        accumulator.update(people, ids, np.where(iou >= SAME_IOU, 1 - iou, np.nan))
+    return accumulator
+
+
 def mot_scores(frames: Sequence[MotFrame]) -> dict[str, float | None]:
     """Return ``mota`` (Bernardin and Stiefelhagen 2008) and ``idf1`` (Ristani et al. 2016)."""
     try:
         import motmetrics
     except ImportError:
         return {}
-    accumulator = motmetrics.MOTAccumulator(auto_id=True)
-    for people, ids, iou in frames:
-        accumulator.update(people, ids, np.where(iou >= SAME_IOU, 1 - iou, np.nan))
     if not any(people for people, _, _ in frames):
         return {'mota': None, 'idf1': None}
     scores = motmetrics.metrics.create().compute(
-        accumulator, metrics=['mota', 'idf1'], return_dataframe=False
+        accumulated(frames), metrics=['mota', 'idf1'], return_dataframe=False
     )
     return {name: float(scores[name]) for name in ('mota', 'idf1')}
 
