@@ -4,21 +4,30 @@ import json
 import sys
 
 import cv2
+import numpy as np
 import pytest
 
+from gait_segmentation.cli import replay
 from gait_tools.cli.evaluate import main
+from test.networks import red_network
+from test.walkers import body
 
-from ..evaluation.fakes import FakePipeline, write_sequence
+from ..evaluation.fakes import FakePipeline, write_mot, write_sequence
 
 
 @pytest.fixture
-def pipeline(monkeypatch):
-    """Put a quick pipeline in place of the real one."""
-    monkeypatch.setattr('gait_segmentation.pipeline.Pipeline', FakePipeline)
-    monkeypatch.setattr('gait_segmentation.kernels.compile_kernels', lambda: None)
+def threads():
+    """Have as many threads afterwards as before."""
     threads = cv2.getNumThreads()
     yield
     cv2.setNumThreads(threads)
+
+
+@pytest.fixture
+def pipeline(threads, monkeypatch):
+    """Put a quick pipeline in place of the real one."""
+    monkeypatch.setattr('gait_segmentation.pipeline.Pipeline', FakePipeline)
+    monkeypatch.setattr('gait_segmentation.kernels.compile_kernels', lambda: None)
 
 
 @pytest.fixture
@@ -125,3 +134,54 @@ def test_a_preset_is_overridden_by_other_options(made, folder, tmp_path, monkeyp
     said = capsys.readouterr().err
     assert 'papre' in said
     assert 'paper' in said.split('papre')[1]
+
+
+def test_tracks_that_were_written_are_scored_as_those_of_a_run(tmp_path, threads, capsys):
+    """Two people in red on a lawn, for a network that sees red, called each other's names."""
+    pytest.importorskip('motmetrics')
+    lawn = np.random.default_rng(3).integers(60, 120, (90, 160, 3), np.uint8)
+    lawn[..., 2] = 0
+    images, lines = [], []
+    for number in range(1, 9):
+        images.append(lawn.copy())
+        for person, x in ((1, 15 + 2 * number), (2, 115 - 2 * number)):
+            images[-1][15:75, x : x + 30, 2] = body()
+            name = person if number < 6 else 3 - person
+            lines.append(f'{number},{name},{x},15,30,60,1,1,1')
+    folder = write_mot(tmp_path / 'pair', lines, '[Sequence]\nframeRate=25\n', images)
+    network = f'detector.network={red_network(tmp_path, lawn.shape)}'
+    ran, scored, tracks = (tmp_path / name for name in ('ran.json', 'scored.json', 'tracks.txt'))
+    assert main([str(folder), '--set', network, '--json', str(ran)]) == 0
+    said = capsys.readouterr().out.splitlines()
+    slots = ['--set', 'people.max_people=16', '--rate', '25', '--out', str(tmp_path / 'out')]
+    words = [str(folder / 'img1'), '--set', network, *slots, '--tracks', str(tracks)]
+    assert replay.main(words) == 0
+    capsys.readouterr()
+    assert main([str(folder), '--tracks', str(tracks), '--json', str(scored)]) == 0
+    assert capsys.readouterr().out.splitlines() == said
+    assert [line.split()[0] for line in said] == ['boxes', 'pair', 'overall']
+    report = json.loads(ran.read_text())
+    assert report == json.loads(scored.read_text())
+    # Five of eight frames each; exchanged are they in the sixth.
+    assert report['overall'] == report['sequences']['pair'] == {
+        'people': 2, 'mota': 14 / 16, 'idf1': 10 / 16, 'recall': 1, 'precision': 1,
+        'id_switches': 2,
+    }  # fmt: skip
+
+
+def test_slots_are_sixteen_unless_set_and_motmetrics_is_asked_for_first(
+    made, tmp_path, monkeypatch, capsys
+):
+    pytest.importorskip('motmetrics')
+    black = np.zeros((40, 48, 3), np.uint8)
+    folder = write_mot(tmp_path / 'walk', ['2,1,10,5,10,20,1,1,1'], '', [black] * 2)
+    assert main([str(folder)]) == 0
+    assert main([str(folder), '--set', 'max_people=2', '--prior', 'none']) == 0
+    assert [each.config.people.max_people for each in made] == [16, 2]
+    assert [each.config.segmentation.prior for each in made] == ['default', 'none']
+    assert [each.box for each in made] == [None, None]
+    capsys.readouterr()
+    monkeypatch.setitem(sys.modules, 'motmetrics', None)
+    assert main([str(folder)]) == 2
+    assert 'MOTA and IDF1 need the Python package motmetrics' in capsys.readouterr().err
+    assert len(made) == 2

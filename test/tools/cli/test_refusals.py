@@ -11,7 +11,7 @@ import pytest
 
 from test.walkers import small_bank
 
-from ..evaluation.fakes import write_sequence
+from ..evaluation.fakes import write_mot, write_sequence
 
 CHANGED = 'which would be changed'
 OTHERS = 'photo.png was not made by'
@@ -43,6 +43,18 @@ REFUSED = [
     ('evaluate', 'walk --bank bank.npz --json bank.npz', f'is the input bank.npz, {CHANGED}'),
     ('evaluate', 'walk --json letter', '--json letter was not made by gait_evaluate'),
     ('evaluate', 'walk --out mine', 'mine/walk/masks/holiday.png was not made by gait_evaluate'),
+    ('evaluate', 'mot --warm', '--warm is for sequences with masks'),
+    ('evaluate', 'mot --heat-map heat', '--heat-map is for sequences with masks'),
+    ('evaluate', 'mot --ablate mechanisms', '--ablate is for sequences with masks'),
+    ('evaluate', 'mot --out out', '--out is for sequences with masks'),
+    ('evaluate', 'mot walk', 'walk has no gt/gt.txt, which others here have'),
+    ('evaluate', 'walk --tracks letter', 'walk has no gt/gt.txt, which --tracks needs'),
+    ('evaluate', 'mot --tracks letter', 'letter, line 1 must be numbers frame,id,'),
+    ('evaluate', 'mot --tracks missing', 'missing: No such file'),
+    ('evaluate', 'mot --tracks letter --set matching.lag=0', '--set is for the pipeline'),
+    ('evaluate', 'mot --tracks letter --json letter', f'is the input letter, {CHANGED}'),
+    ('evaluate', 'mot', 'img1 holds no images'),
+    ('evaluate', 'mot link/mot', 'has the same name as'),
     ('figures', 'walk/frames', '--box is needed'),
     ('figures', 'walk --out /dev/null/at/all', '--out /dev/null/at/all: nothing can be written'),
     ('figures', 'walk --out walk', CHANGED),
@@ -67,6 +79,7 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Be where there are inputs, ways to them, and what somebody else has made."""
     monkeypatch.chdir(tmp_path)
     write_sequence(Path('walk'), frames=2)
+    write_mot(Path('mot'), ['1,1,10,5,10,20,1,1,1'])
     small_bank().save(Path('bank.npz'))
     Path('link.png').symlink_to('bank.npz')
     Path('link').symlink_to('.')

@@ -65,7 +65,9 @@ class FakePipeline:
                 stamp_ns=stamp_ns,
                 people=(
                     SimpleNamespace(
-                        track=SimpleNamespace(track_id=1, box=box, body=box, state='tracked'),
+                        track=SimpleNamespace(
+                            track_id=1, box=box, body=box, state='tracked', likelihood=mask
+                        ),
                         match=SimpleNamespace(
                             body=body, phase=0.25, azimuth=0.0, placed=box, box=box
                         ),
@@ -82,6 +84,9 @@ class FakePipeline:
     def flush(self):
         held, self.held = self.held, []
         return held
+
+    def reset(self):
+        self.box, self.held = None, []
 
 
 def write_sequence(folder, frames=8, size=(48, 40), suffix='png', without_mask=()):
@@ -101,6 +106,18 @@ def write_sequence(folder, frames=8, size=(48, 40), suffix='png', without_mask=(
             cv2.imwrite(str(folder / 'masks' / f'{number:04d}.png'), mask)
     about = {'fps': 25, 'initial_box': [3, 5, 12, 31], 'initial_frame': 0}
     (folder / 'sequence.yaml').write_text(yaml.safe_dump(about))
+    return folder
+
+
+def write_mot(folder, lines, info='', images=()):
+    """Write a folder of MOTChallenge: lines of its gt.txt, and of its seqinfo.ini if any."""
+    for name in ('gt', 'img1'):
+        (folder / name).mkdir(parents=True)
+    (folder / 'gt/gt.txt').write_text('\n'.join(lines))
+    if info:
+        (folder / 'seqinfo.ini').write_text(info)
+    for number, image in enumerate(images, 1):
+        cv2.imwrite(str(folder / f'img1/{number:06d}.png'), image)
     return folder
 
 
