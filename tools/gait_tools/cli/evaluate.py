@@ -10,7 +10,7 @@ import os
 import re
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,6 +31,7 @@ from gait_segmentation.files import keep_apart
 from gait_segmentation.people import MOST_PEOPLE
 from gait_tools.evaluation.ablation import SPOILT, ablate
 from gait_tools.evaluation.mot_challenge import (
+    BoxesById,
     MotSequence,
     found_boxes,
     load_mot_sequences,
@@ -232,24 +233,27 @@ def _score_masks(options: argparse.Namespace) -> _Scored | None:
 
 
 def _score_boxes(options: argparse.Namespace) -> _Scored:
-    """Score folders of MOTChallenge: given tracks, or what is found, as gait_replay finds it."""
+    """Score folders of MOTChallenge: tracks that are given, or those of the pipeline."""
     sequences = load_mot_sequences(options.sequence)
+    found = _found(options, sequences)
     if options.tracks is not None:
-        given = ((each, read_tracks(options.tracks, each.name)) for each in sequences)
-        report = mot_report({each.name: each.compared(tracks) for each, tracks in given})
-        return report, [mot_table(report)]
+        found = (read_tracks(options.tracks, each.name) for each in sequences)
+    pairs = zip(sequences, found, strict=True)
+    report = mot_report({each.name: each.compared(tracks) for each, tracks in pairs})
+    return report, [mot_table(report)]
+
+
+def _found(options: argparse.Namespace, sequences: list[MotSequence]) -> Iterator[BoxesById]:
+    """Yield the tracks of the pipeline in each sequence, the same as by gait_replay."""
     from gait_segmentation.cli.lockstep import results_of
 
     config, make_pipeline = _prepared(options, _settings(options), slots=MOST_PEOPLE)
+    # All, so that nothing is run if one cannot be used.
     sources = [each.source() for each in sequences]
     _compile()
-    compared = {}
     for each, source in zip(sequences, sources, strict=True):
         results = results_of(source, make_pipeline(config), None, _warn)
-        tracks = found_boxes(shown(results, each.name, source.total or 0))
-        compared[each.name] = each.compared(tracks)
-    report = mot_report(compared)
-    return report, [mot_table(report)]
+        yield found_boxes(shown(results, each.name, source.total or 0))
 
 
 def _settings(options: argparse.Namespace) -> list[str]:
