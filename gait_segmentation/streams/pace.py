@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 _LEAST = 1 / 8
-_EVERY_S = 1.0
+_EVERY_S = 0.5
 """Time after which it is seen what a change has brought."""
 
 _TOO_MUCH, _ENOUGH = 0.9, 0.6
@@ -16,13 +16,15 @@ class Pace:
     """
     A pace that follows the load, from 1, all that is asked for, down to an eighth of it.
 
+    It begins with half of that, so that a computer is not kept busy before its load is known.
+
     It is halved while frames take about as long as they come, as some then wait for those that
-    take longer, and doubled when there is time again, at most once a second.
+    take longer, and doubled when there is time again, at most every half a second.
     """
 
     def __init__(self) -> None:
-        """Begin with all that is asked for."""
-        self.share = 1.0
+        """Begin in the middle."""
+        self.share = 0.5
         self._changed_s: float | None = None
 
     def update(self, load: float, now_s: float) -> float:

@@ -10,16 +10,17 @@ def paces(loads, every_s=0.25):
     return [pace.update(load, 10 + every_s * number) for number, load in enumerate(loads)]
 
 
-def test_as_long_as_frames_are_in_time_all_is_done():
-    assert set(paces([0.0, 0.5, 0.85] * 20)) == {1.0}
+def test_it_begins_in_the_middle_and_goes_on_to_all_while_there_is_time():
+    assert paces([0.0] * 4)[::2] == [0.5, 1.0]
+    assert set(paces([0.0, 0.5] * 20)[2:]) == {1.0}
 
 
-def test_it_is_halved_once_a_second_while_there_is_too_much_and_not_for_ever():
+def test_it_is_halved_twice_a_second_while_there_is_too_much_and_not_for_ever():
     found = paces([1.5] * 40)
-    assert found[::4][:5] == [1.0, 0.5, 0.25, 0.125, 0.125]
+    assert found[::2][:4] == [0.5, 0.25, 0.125, 0.125]
     assert min(found) == 0.125
 
 
 @pytest.mark.parametrize(('load', 'last'), [(0.85, 0.25), (0.5, 1.0)])
 def test_it_comes_back_only_when_there_is_time_again(load, last):
-    assert paces([1.5] * 9 + [load] * 20)[-1] == last
+    assert paces([1.5] * 3 + [load] * 20)[-1] == last
