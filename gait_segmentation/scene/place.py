@@ -26,12 +26,9 @@ SEARCHED_PX = 256
 # For several people up to this scale of the source, and this longest side.
 _FINE_SCALE = 0.375
 _FINE_PX = 480
-# Time between two frames that are learnt, at most, and as a share of the time for which the place
-# is known, since the longer it is, the less one more tells.
-_LEARN_S = 0.12
-_LEARN_SHARE = 0.1
 _KEPT_NS = 400_000_000  # pause after which the place is learnt anew
-_LEAST_PERIOD_NS = 25_000_000  # frames that come faster are left out
+# Time between two frames that are taken in: more often tells hardly more.
+_PERIOD_NS = 95_000_000
 _GAP_NS = 140_000_000  # between the two frames whose difference shows what moves now
 _STILL_SPREADS = 2.0  # least difference that is motion, in spreads of a still pixel
 # Range of lightness about a pixel from which it tells by how much the place is off, in times of
@@ -78,7 +75,7 @@ class PlaceMemory:
     def _forget(self) -> None:
         self._view.clear()
         self._evidence = np.zeros(self._view.shape, np.uint8)
-        self._weather = self._begun = self._learnt = 0.0
+        self._weather = self._begun = 0.0
 
     def close(self) -> None:
         """Let the scene go on without the view of all of it."""
@@ -101,7 +98,7 @@ class PlaceMemory:
         :param people: boxes of who is known there, in source pixels.
         """
         view = self._view
-        if self._scene.stamp_ns - self.stamp_ns < _LEAST_PERIOD_NS:
+        if self._scene.stamp_ns - self.stamp_ns < _PERIOD_NS:
             return
         self.stamp_ns = self._scene.stamp_ns
         taken = [box.scaled(view.scale) for box in people]
@@ -167,13 +164,9 @@ class PlaceMemory:
         return np.asarray(cv2.medianBlur(moving, 3))
 
     def _learn(self, filled: NDArray[np.uint8], seconds: float) -> None:
-        """Learn the background now and then, where (h, w) uint8 is zero."""
+        """Learn the background where (h, w) uint8 is zero, once it is known what moves."""
         self._begun = self._begun or seconds
-        known_s = seconds - self._begun
-        wait = min(_LEARN_SHARE * known_s, _LEARN_S)
-        # Before that it is not known what moves.
-        if known_s >= _GAP_NS / 1e9 and seconds - self._learnt >= wait:
-            self._learnt = seconds
+        if seconds - self._begun >= _GAP_NS / 1e9:
             self._view.add_all(np.asarray(cv2.dilate(filled, _RIM)))
 
 
