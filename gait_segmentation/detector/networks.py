@@ -53,7 +53,8 @@ class DetectorConfig(StageConfig):
     )
     urgent_period: float = parameter(
         0.1,
-        'The same while nobody is tracked, or somebody is lost or was not seen.',
+        'The same while nobody is tracked, somebody is lost, was not seen or may begin, or people '
+        'are near each other.',
         unit='s',
         minimum=0.0,
         maximum=60.0,

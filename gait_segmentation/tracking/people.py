@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 
 from gait_segmentation.detector.detection import SAME_PERSON, Detection, associate
 from gait_segmentation.geometry import Box
@@ -101,15 +102,26 @@ class People:
         areas = tuple(track.pose.area for track in self.seen_in(view))
         return Regions(areas, any(track.view is view for track in self.lost))
 
-    def is_missing(self, *, others: bool) -> bool:
-        """Return whether anybody is lost or was not seen at the last look, or nobody is there."""
+    def is_missing(self, stamp_ns: int, *, others: bool) -> bool:
+        """
+        Return whether anybody is lost or was not seen at the last look, or nobody is there.
+
+        People who are near each other may be taken for one another, and are so, too.
+
+        :param others: whether somebody who is new, and hardly a thing, is missing as well.
+        """
         published = self.published
         found = [track for track in published if track.state == TRACKED]
         if not published or len(found) < len(published):
             return True
         waiting = others and len(found) < self.slots
-        waiting = waiting and not all(each.rejected for each in self.tentative)
-        return waiting or any(track.existence.missed for track in published)
+        waiting = waiting and any(each.may_be(stamp_ns) for each in self.tentative)
+        pairs = combinations(self.tracks, 2)
+        near = any(
+            one.view is other.view and _is_within(one.pose.box, other, _AWAY)
+            for one, other in pairs
+        )
+        return waiting or near or any(track.existence.missed for track in published)
 
     def has_small(self, height: float, *, others: bool) -> bool:
         """Return whether anybody below a height, in source pixels, is there, or may come."""

@@ -19,6 +19,9 @@ _KEPT_NS = 1_000_000_000
 _THING_NS = 30_000_000_000
 """The same of what did not move for so long that it is no person."""
 
+_UNLIKELY = -3.0
+"""Log-odds up to which somebody is not looked for more often: one in twenty is a person."""
+
 _COMPARED_NS = 500_000_000
 """Time after which somebody may look otherwise."""
 
@@ -64,6 +67,10 @@ class Tentative:
         if way >= _GONE_ON:
             existence = existence.moving(stamp_ns)
         return replace(self, detection=detection, stamp_ns=stamp_ns, existence=existence)
+
+    def may_be(self, stamp_ns: int) -> bool:
+        """Return whether it may soon be known to be a person."""
+        return not self.rejected and self.existence.log_odds(stamp_ns) > _UNLIKELY
 
     def was_compared(self, stamp_ns: int) -> bool:
         """Return whether they were compared of late with those who are lost."""

@@ -266,7 +266,7 @@ class PeopleTracker:
             self._stamp_ns,
             boxes=bool(self.tracks()) or not self._given,
             bodies=people.bodies,
-            urgent=people.is_missing(others=not self._given),
+            urgent=people.is_missing(self._stamp_ns, others=not self._given),
             small=partial(people.has_small, others=not self._given),
             heat_map_age=self.config.heat_map_age,
             since_ns=people.known_since_ns,

@@ -252,3 +252,31 @@ def test_who_is_found_again_by_a_detector_is_soon_missed_again():
     assert states[55] == 'tracked'
     assert states[77] == 'lost'
     assert result.track_id == 1
+
+
+@pytest.mark.parametrize(('score', 'often'), [(0.2, False), (0.55, True)])
+def test_it_looks_often_while_somebody_may_come_but_not_for_what_is_hardly_one(score, often):
+    figure, looks = Figure(100), []
+
+    def people(image):
+        looks.append(image)
+        return [Detection(figure.box, 0.9), Detection(Figure(240, height=90).box, score)]
+
+    track = Told(2, scheduler=DetectorScheduler(networks=Networks(people)), use_bystanders=False)
+    for _ in range(51):
+        track.show(figure)
+    assert (len(looks) > 10) == often
+
+
+@pytest.mark.parametrize(('apart', 'often'), [(60, True), (200, False)])
+def test_it_looks_often_while_people_are_near_each_other(apart, often):
+    figures, looks = [Figure(60), Figure(60 + apart)], []
+
+    def people(image):
+        looks.append(image)
+        return [Detection(each.box, 0.9) for each in figures]
+
+    track = Told(2, scheduler=DetectorScheduler(networks=Networks(people)))
+    for _ in range(51):
+        track.show(*figures)
+    assert (len(looks) > 10) == often
