@@ -24,6 +24,9 @@ _NICENESS = 10
 _EARLY_NS = 2_000_000
 """What a frame may come too early for a look: stamps are rounded, and cameras not exact."""
 
+_LOOKS_LATER = 4.0
+"""Share of the looks that there is still time for, over that of the masks, 1 at most."""
+
 _MOST_DRAWN = 5
 """People who are drawn in one image."""
 
@@ -80,7 +83,7 @@ class DetectorScheduler:
         self._clock = clock
         self._blind = False
         self.pace = 1.0
-        """Share of the looks and masks asked for that a busy computer has time for."""
+        """Share of the masks asked for that a busy computer has time for; looks go on longer."""
 
         self.reset()
 
@@ -158,7 +161,7 @@ class DetectorScheduler:
 
     def _is_over(self, period_s: float, last_ns: int | None, stamp_ns: int) -> bool:
         """Return whether a time has passed since something was done, if it was."""
-        due_ns = 1e9 * period_s / self.pace - _EARLY_NS
+        due_ns = 1e9 * period_s / min(_LOOKS_LATER * self.pace, 1.0) - _EARLY_NS
         return last_ns is None or stamp_ns - last_ns >= due_ns
 
     def draw(

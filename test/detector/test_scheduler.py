@@ -101,6 +101,21 @@ def test_only_so_many_masks_are_drawn_in_a_second_those_first_who_need_one(rate,
     assert 0 <= sum(numbers) - rate * 49 * 0.04 <= 5
 
 
+@pytest.mark.parametrize(
+    ('pace', 'looked', 'drawn'), [(1.0, 10, 100), (0.25, 10, 25), (0.125, 5, 12)]
+)
+def test_on_a_busy_computer_masks_get_rarer_and_then_looks(pace, looked, drawn):
+    scheduler = DetectorScheduler(
+        DetectorConfig(mask_rate=25.0), DETECTOR._replace(masks=(masks := Masks()))
+    )
+    scheduler.pace = pace
+    assert len(looks(scheduler, frames=100, urgent=False)) == looked
+    for number in range(100):
+        scheduler.draw(IMAGE, (number + 1) * 40_000_000, [SOMEBODY.box])
+    # Some may be drawn ahead.
+    assert drawn <= len(masks.drawn) <= drawn + 5
+
+
 def test_who_has_to_be_drawn_is_and_others_wait_for_it():
     scheduler = DetectorScheduler(DetectorConfig(mask_rate=25), DETECTOR._replace(masks=Masks()))
     frame = 40_000_000
