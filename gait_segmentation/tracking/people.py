@@ -106,9 +106,8 @@ class People:
         """
         Return whether anybody is lost or was not seen at the last look, or nobody is there.
 
-        People who are near each other may be taken for one another, and are so, too.
-
-        :param others: whether somebody who is new, and hardly a thing, is missing as well.
+        :param others: whether others may begin: who may be new is missing as well, and people who
+            are near each other may be taken for one another.
         """
         published = self.published
         found = [track for track in published if track.state == TRACKED]
@@ -117,7 +116,7 @@ class People:
         waiting = others and len(found) < self.slots
         waiting = waiting and any(each.may_be(stamp_ns) for each in self.tentative)
         pairs = combinations(self.tracks, 2)
-        near = any(
+        near = others and any(
             one.view is other.view and _is_within(one.pose.box, other, _AWAY)
             for one, other in pairs
         )
