@@ -24,7 +24,7 @@ _NICENESS = 10
 _EARLY_NS = 2_000_000
 """What a frame may come too early for a look: stamps are rounded, and cameras not exact."""
 
-_LOOKS_LATER = 4.0
+_LOOKS_LATER = 2.0
 """Share of the looks that there is still time for, over that of the masks, 1 at most."""
 
 _MOST_DRAWN = 5

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-_LEAST = 1 / 8
+_LEAST = 1 / 4
 _EVERY_S = 0.5
 """Time after which it is seen what a change has brought."""
 
@@ -14,7 +14,7 @@ _TOO_MUCH, _ENOUGH = 0.9, 0.6
 
 class Pace:
     """
-    A pace that follows the load, from 1, all that is asked for, down to an eighth of it.
+    A pace that follows the load, from 1, all that is asked for, down to a quarter of it.
 
     It begins with half of that, so that a computer is not kept busy before its load is known.
 

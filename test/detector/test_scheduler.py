@@ -102,7 +102,7 @@ def test_only_so_many_masks_are_drawn_in_a_second_those_first_who_need_one(rate,
 
 
 @pytest.mark.parametrize(
-    ('pace', 'looked', 'drawn'), [(1.0, 10, 100), (0.25, 10, 25), (0.125, 5, 12)]
+    ('pace', 'looked', 'drawn'), [(1.0, 10, 100), (0.5, 10, 50), (0.25, 5, 25)]
 )
 def test_on_a_busy_computer_masks_get_rarer_and_then_looks(pace, looked, drawn):
     scheduler = DetectorScheduler(
