@@ -113,14 +113,12 @@ class People:
         found = [track for track in published if track.state == TRACKED]
         if not published or len(found) < len(published):
             return True
-        waiting = others and len(found) < self.slots
-        waiting = waiting and any(each.may_be(stamp_ns) for each in self.tentative)
-        pairs = combinations(self.tracks, 2)
-        near = others and any(
-            one.view is other.view and _is_within(one.pose.box, other, _AWAY)
-            for one, other in pairs
-        )
-        return waiting or near or any(track.existence.missed for track in published)
+        if any(track.existence.missed for track in published):
+            return True
+        if not others:
+            return False
+        waiting = len(found) < self.slots and any(each.may_be(stamp_ns) for each in self.tentative)
+        return waiting or any(_are_near(*pair) for pair in combinations(self.tracks, 2))
 
     def has_small(self, height: float, *, others: bool) -> bool:
         """Return whether anybody below a height, in source pixels, is there, or may come."""
@@ -184,7 +182,8 @@ class People:
                 self.reasons[track.slot] = reason
                 if state == ENDED and on_trial:
                     # Followed on without the slot, whoever has only stood has it when they move.
-                    track.slot, state, reason = None, TRACKED, ''
+                    track.publish(None)
+                    state, reason = TRACKED, ''
             elif gap_s or not (on_trial or _is_needed(track, published)):
                 state = ENDED
             if state != ENDED:
@@ -239,8 +238,12 @@ def _is_needed(track: Track, published: Iterable[Track]) -> bool:
     """Return whether somebody without a slot is there, and near somebody who has one."""
     if track.existence.is_gone or (track.state == LOST and track.lost_s > _LOST_S):
         return False
-    here = (other for other in published if other.view is track.view)
-    return any(_is_within(track.pose.box, other, _AWAY) for other in here)
+    return any(_are_near(track, other) for other in published)
+
+
+def _are_near(one: Track, other: Track) -> bool:
+    """Return whether two people in the same view are so near that each is to be followed."""
+    return one.view is other.view and _is_within(one.pose.box, other, _AWAY)
 
 
 def _is_within(box: Box, track: Track, heights: float) -> bool:

@@ -202,8 +202,8 @@ class Track(ABC):
         """Take in that a person is seen where they were expected."""
         self.existence = self.existence.seen_again()
 
-    def publish(self, slot: int) -> None:
-        """Give a slot to somebody who was followed without one."""
+    def publish(self, slot: int | None) -> None:
+        """Give a slot to somebody who was followed without one, or take it from them: None."""
         self.slot, self._by_map = slot, False
 
     def keep_own(self, likelihood: NDArray[np.uint8], others: Sequence[Track]) -> None:

@@ -235,9 +235,11 @@ def _score_masks(options: argparse.Namespace) -> _Scored | None:
 def _score_boxes(options: argparse.Namespace) -> _Scored:
     """Score folders of MOTChallenge: tracks that are given, or those of the pipeline."""
     sequences = load_mot_sequences(options.sequence)
-    found = _found(options, sequences)
-    if options.tracks is not None:
-        found = (read_tracks(options.tracks, each.name) for each in sequences)
+    found = (
+        _found(options, sequences)
+        if options.tracks is None
+        else (read_tracks(options.tracks, each.name) for each in sequences)
+    )
     pairs = zip(sequences, found, strict=True)
     report = mot_report({each.name: each.compared(tracks) for each, tracks in pairs})
     return report, [mot_table(report)]
