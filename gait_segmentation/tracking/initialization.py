@@ -35,12 +35,6 @@ _SOLID = 0.3
 _ABOUT = 0.3
 """How far about a person found the place is remembered, in body heights."""
 
-_FASTEST = 6.0
-"""How far somebody can run, in body heights a second: 10 m/s."""
-
-_OFF = 1.0
-"""How far from where a person was lost they may have been, in body heights."""
-
 
 def estimate_first(
     view: View,
@@ -141,4 +135,4 @@ def _too_far(place: Box, lost: Track) -> float:
     """Return how much farther a place is than a lost person can have come, in body heights."""
     last = lost.body
     away = math.hypot(place.center_x - last.center_x, place.center_y - last.center_y)
-    return max(away / last.height - _OFF - _FASTEST * lost.lost_s, 0.0)
+    return max(away / last.height - lost.reach, 0.0)

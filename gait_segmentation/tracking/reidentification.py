@@ -4,6 +4,8 @@
 
 from __future__ import annotations
 
+import math
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -119,7 +121,8 @@ def _search(track: Track, last: Silhouette, taken: NDArray[np.uint8]) -> Shift |
     found = find_silhouette(likelihood, mask, (x, y), height)
     if found is None or found[2] < _FOUND_SHARE:
         return None
-    return step * (found[0] - x), step * (found[1] - y)
+    dx, dy = step * (found[0] - x), step * (found[1] - y)
+    return (dx, dy) if math.hypot(dx, dy) <= track.reach * pose.height else None
 
 
 def find_silhouette(

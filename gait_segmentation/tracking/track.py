@@ -32,6 +32,12 @@ Time for which a hidden person is taken to walk on, in which they are then to st
 they are lost longer with a frame at most, however long that took to come.
 """
 
+_OFF, _FASTEST = 0.5, 4.0
+"""
+How far from where they are expected who is lost may be at first, and how much farther after each
+second, in body heights.
+"""
+
 _MOST_PLACES = 64
 """Frames of which it is known where somebody was, when a look at one of them comes."""
 
@@ -156,6 +162,11 @@ class Track(ABC):
     def silhouette(self) -> NDArray[np.uint8] | None:
         """Return what of the body optical flow can follow, (h, w) uint8 of the window, if any."""
         return None
+
+    @property
+    def reach(self) -> float:
+        """Return how far from where they are expected a lost person can be, in body heights."""
+        return _OFF + _FASTEST * self.lost_s
 
     full: Silhouette | None = None
     """The last of all of a person whom no border cuts, who is looked for by it, if they are."""

@@ -124,21 +124,21 @@ def test_a_lost_person_is_found_in_a_map_though_a_box_was_given(
 
 
 @pytest.mark.parametrize(
-    ('alike', 'heights', 'lost_s', 'same'),
+    ('alike', 'heights', 'reach', 'same'),
     [
-        (0.7, 0.5, 0.0, True),
-        (0.6, 0.5, 0.0, False),
-        (0.7, 4.0, 0.0, False),
-        (0.7, 4.0, 0.5, True),
-        (0.95, 4.0, 0.0, True),
-        (0.95, 9.0, 0.0, False),
+        (0.7, 0.5, 0.5, True),
+        (0.6, 0.5, 0.5, False),
+        (0.7, 4.0, 0.5, False),
+        (0.7, 4.0, 4.0, True),
+        (0.95, 4.0, 0.5, True),
+        (0.95, 9.0, 0.5, False),
     ],
 )
 def test_who_can_hardly_have_come_so_far_must_look_the_more_alike(
-    alike: float, heights: float, lost_s: float, same: bool
+    alike: float, heights: float, reach: float, same: bool
 ) -> None:
     box = Box(10, 10, 20, 50)
-    lost = SimpleNamespace(lost_s=lost_s, similarity=lambda *_: alike, body=box)
+    lost = SimpleNamespace(reach=reach, similarity=lambda *_: alike, body=box)
     view = SimpleNamespace(now=None, scale=0.5)
     start = SimpleNamespace(box=box.shifted(50 * heights, 0).scaled(0.5))
     assert recognized([lost], view, start) is (lost if same else None)

@@ -154,21 +154,30 @@ def test_two_who_cross_keep_their_ids_and_share_the_pixels_out() -> None:
     assert two.box.iou(near[-1].box) > 0.7
 
 
-@pytest.mark.parametrize('taken', [False, True])
-@pytest.mark.parametrize('away', [30.0, 200.0])
-def test_who_is_lost_is_sought_all_over_but_not_among_others(away: float, taken: bool) -> None:
+@pytest.mark.parametrize(
+    ('away', 'lost_s', 'taken', 'found'),
+    [
+        (30.0, 0.2, False, True),
+        (30.0, 0.2, True, False),
+        (200.0, 0.8, False, True),
+        (200.0, 0.8, True, False),
+        (200.0, 0.1, False, False),
+    ],
+)
+def test_who_is_lost_is_sought_as_far_as_they_can_be_but_not_among_others(
+    away: float, lost_s: float, taken: bool, found: bool
+) -> None:
     told = Told()
     path = walk(Figure(60), 12)
     told.follow(path)
     (track,) = told.tracker.tracks()
     track.enter('lost', 'as the test says')
-    track.lost_s = 0.2
+    track.lost_s = lost_s
     scale = track.view.scale
     track.shift(away * scale, 0.0)
     others = np.full(track.view.shape, 255 * taken, np.uint8)
-    found = reacquire(track, None, None, others)
-    assert (found is None) == taken
-    expected = path[-1].x + taken * away
+    assert (reacquire(track, None, None, others) is not None) == found
+    expected = path[-1].x + (0.0 if found else away)
     assert track.pose.center_x / scale == pytest.approx(expected, abs=4)
 
 
