@@ -24,8 +24,9 @@ from gait_segmentation.errors import GaitSegmentationError, InputError
 from gait_segmentation.geometry import Box
 from gait_segmentation.people import PeopleConfig, slot_name
 from gait_segmentation.results import EMPTY, TrackResult
-from gait_segmentation.ros.lifecycle import BEST_EFFORT, LATCHED, GaitNode
+from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import detection_types
+from gait_segmentation.ros.qos import BEST_EFFORT, LATCHED
 from gait_segmentation.starting import StartingConfig
 from gait_segmentation.streams.config import BankConfig, CameraConfig, StartConfig
 from gait_segmentation.streams.fields import Parts, stamp_of

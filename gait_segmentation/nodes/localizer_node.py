@@ -30,8 +30,9 @@ from gait_segmentation.localization import (
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult
 from gait_segmentation.ros.diagnostics import shortened
-from gait_segmentation.ros.lifecycle import BEST_EFFORT, GaitNode
+from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import Outputs, people_topics, seen
+from gait_segmentation.ros.qos import BEST_EFFORT
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.streams.config import LocalizerNodeConfig
 from gait_segmentation.streams.fields import QUEUE_DEPTH, Parts, read_match, slot_topic, stamp_of

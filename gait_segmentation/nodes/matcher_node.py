@@ -16,8 +16,9 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.matching import MatchingConfig, PeopleMatcher
 from gait_segmentation.people import PeopleConfig
 from gait_segmentation.results import MatchResult
-from gait_segmentation.ros.lifecycle import LATCHED, GaitNode
+from gait_segmentation.ros.lifecycle import GaitNode
 from gait_segmentation.ros.messages import Outputs, match_topics
+from gait_segmentation.ros.qos import LATCHED
 from gait_segmentation.ros.running import run_node
 from gait_segmentation.stamps import HeldFrames
 from gait_segmentation.streams.config import BankConfig

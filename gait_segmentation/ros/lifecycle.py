@@ -7,30 +7,16 @@ from __future__ import annotations
 import time
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from copy import copy
 from functools import partial
 from itertools import chain
 from typing import Any, ClassVar
 
 import cv2
 from geometry_msgs.msg import PolygonInstanceStamped
-from rclpy.event_handler import (
-    PublisherEventCallbacks,
-    QoSMessageLostInfo,
-    QoSRequestedIncompatibleQoSInfo,
-    SubscriptionEventCallbacks,
-)
+from rclpy.event_handler import QoSMessageLostInfo
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.publisher import Publisher
-from rclpy.qos import (
-    DurabilityPolicy,
-    QoSPolicyKind,
-    QoSProfile,
-    ReliabilityPolicy,
-    qos_policy_name_from_kind,
-    qos_profile_parameters,
-)
-from rclpy.qos_overriding_options import QoSOverridingOptions
+from rclpy.qos import QoSProfile, qos_profile_parameters
 from sensor_msgs.msg import CompressedImage, Image, JointState
 from std_srvs.srv import SetBool, Trigger
 
@@ -42,6 +28,7 @@ from gait_segmentation.people import PeopleConfig
 from gait_segmentation.ros.diagnostics import Diagnostics, Statistics, Warnings
 from gait_segmentation.ros.frames import ExactJoin, Worker
 from gait_segmentation.ros.parameters import NodeParameters
+from gait_segmentation.ros.qos import BEST_EFFORT, BETWEEN_NODES, publisher, subscription
 from gait_segmentation.stamps import Order, Stamps
 from gait_segmentation.streams.config import (
     BankConfig,
@@ -50,20 +37,6 @@ from gait_segmentation.streams.config import (
     SegmenterNodeConfig,
 )
 from gait_segmentation.streams.fields import QUEUE_DEPTH, Parts, slot_topics, stamp_of
-
-BETWEEN_NODES = QoSProfile(depth=QUEUE_DEPTH)
-"""Reliable: of all that the nodes publish, and of what they receive from each other."""
-
-BEST_EFFORT = QoSProfile(depth=QUEUE_DEPTH, reliability=ReliabilityPolicy.BEST_EFFORT)
-"""Of subscriptions that take what others publish, however they do it."""
-
-LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-"""Of what is published once and must reach those who come later."""
-
-OVERRIDABLE = QoSOverridingOptions(
-    (QoSPolicyKind.HISTORY, QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY)
-)
-"""What parameters of the kind ``qos_overrides`` may change."""
 
 SLOT_TOPICS = {
     'box': ('gait_tracker', PolygonInstanceStamped),
@@ -238,13 +211,8 @@ class GaitNode(LifecycleNode):
 
     def output(self, kind: Any, topic: str, profile: QoSProfile = BETWEEN_NODES) -> Any:
         """Make a publisher that lives until the clean-up."""
-        # Every event that could be reported costs the executor time in every round.
-        events = PublisherEventCallbacks(use_default_callbacks=False)
-        options = {'event_callbacks': events, 'qos_overriding_options': OVERRIDABLE}
-        # Overrides are written into the profile.
-        made = self.create_publisher(kind, topic, copy(profile), **options)
-        self.outputs.append(made)
-        return made
+        self.outputs.append(publisher(self, kind, topic, profile))
+        return self.outputs[-1]
 
     def subscribe(
         self,
@@ -254,33 +222,18 @@ class GaitNode(LifecycleNode):
         profile: QoSProfile = BETWEEN_NODES,
     ) -> None:
         """Subscribe until the deactivation, and warn of what cannot come."""
-
-        def incompatible(event: QoSRequestedIncompatibleQoSInfo) -> None:
-            policy = qos_policy_name_from_kind(event.last_policy_kind)
-            latched = profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
-            self.warnings.warn(
-                topic,
-                f'a publisher on {topic} offers an incompatible QoS ({policy}); no messages come '
-                'from it: it must be reliable' + ' and transient local' * latched,
-            )
-
-        def lost(event: QoSMessageLostInfo) -> None:
-            self._dropped(
-                event.total_count_change,
-                'lost on the way: start the camera with FASTRTPS_DEFAULT_PROFILES_FILE set to '
-                'config/fastdds_shm.xml of this package (here it does not help), or set '
-                'reliability to reliable, or image_transport to compressed',
-            )
-
-        events = SubscriptionEventCallbacks(
-            incompatible_qos=incompatible,
-            # Of frames, which are counted.
-            message_lost=lost if topic == self.camera_topic else None,
-            use_default_callbacks=False,
-        )
-        options = {'event_callbacks': events, 'qos_overriding_options': OVERRIDABLE}
-        made = self.create_subscription(kind, topic, received, copy(profile), **options)
+        # Of frames, which are counted.
+        lost = self._lost if topic == self.camera_topic else None
+        made = subscription(self, kind, topic, received, profile, self.warnings.warn, lost)
         self.inputs.append(lambda: self.destroy_subscription(made))
+
+    def _lost(self, event: QoSMessageLostInfo) -> None:
+        self._dropped(
+            event.total_count_change,
+            'lost on the way: start the camera with FASTRTPS_DEFAULT_PROFILES_FILE set to '
+            'config/fastdds_shm.xml of this package (here it does not help), or set '
+            'reliability to reliable, or image_transport to compressed',
+        )
 
     def enter(self, stamp_ns: int) -> bool:
         """Let a frame in that could be read; return whether time went back: a reset (worker)."""

@@ -19,8 +19,8 @@ from std_msgs.msg import Header
 from gait_segmentation.encodings import ENCODINGS
 from gait_segmentation.geometry import Box
 from gait_segmentation.nodes.localizer_node import LocalizerNode
-from gait_segmentation.ros.lifecycle import LATCHED
 from gait_segmentation.ros.messages import box_message, image_message
+from gait_segmentation.ros.qos import LATCHED
 from gait_segmentation.streams.fields import GAIT_NAMES
 from test.hostile import examples
 from test.nodes.bench import DEEP, STYLES, Bench, frame, header

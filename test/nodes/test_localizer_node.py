@@ -16,8 +16,8 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.nodes.localizer_node import LocalizerNode
-from gait_segmentation.ros.lifecycle import BEST_EFFORT
 from gait_segmentation.ros.messages import box_message, image_message
+from gait_segmentation.ros.qos import BEST_EFFORT
 from test.nodes.bench import Bench, header
 from test.state import differences, remembered
 

@@ -12,8 +12,8 @@ from sensor_msgs.msg import Image, RegionOfInterest
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.nodes.matcher_node import MatcherNode
-from gait_segmentation.ros.lifecycle import LATCHED
 from gait_segmentation.ros.messages import box_message, image_message
+from gait_segmentation.ros.qos import LATCHED
 from gait_segmentation.streams.fields import read_body, read_box
 from test.nodes.bench import DEEP, Bench, header
 

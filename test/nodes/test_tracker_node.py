@@ -23,8 +23,8 @@ from gait_segmentation.nodes import camera_node
 from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.ros import messages as outputs
 from gait_segmentation.ros.diagnostics import missing_input
-from gait_segmentation.ros.lifecycle import LATCHED
 from gait_segmentation.ros.messages import box_message, image_message
+from gait_segmentation.ros.qos import LATCHED
 from gait_segmentation.streams.fields import stamp_of
 from test.nodes.bench import Bench, frame, header
 

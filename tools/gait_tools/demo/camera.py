@@ -21,8 +21,8 @@ from std_msgs.msg import Header
 
 from gait_segmentation.cli.tool import POLL_S, run_tool
 from gait_segmentation.inputs import open_input
-from gait_segmentation.ros.lifecycle import BETWEEN_NODES
 from gait_segmentation.ros.messages import image_message
+from gait_segmentation.ros.qos import BETWEEN_NODES
 from gait_segmentation.streams.fields import stamp_of
 from gait_tools.demo.nodes import ros
 
