@@ -40,6 +40,9 @@ overlay: film-given $(VENV)/demo  ## find who is in FILM=walk.mp4: overlay and m
 film-given:
 	@$(HERE); test -e "$$FILM" || { echo "say which film: make overlay FILM=walk.mp4$${FILM:+ ($$FILM is not there)}" >&2; exit 1; }
 
+# What is compiled to bytes is kept in any case: many processes are started, each would do it again.
+test test-oldest fuzz: export PYTHONDONTWRITEBYTECODE :=
+
 test: $(VENV)/installed lint  ## check the code and run all tests
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile
 

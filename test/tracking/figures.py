@@ -62,13 +62,19 @@ class Figure:
         return Box.around(self.mask())
 
     def draw(self, image: np.ndarray) -> None:
-        mask = self.mask()
-        rows = np.arange(HEIGHT)[:, None] + np.zeros((1, WIDTH), int)
-        light = 1 + 0.1 * np.sin((np.arange(WIDTH)[None, :, None] - self.x) / 4)
-        coat = np.clip(light * np.array(self.coat), 0, 255)
-        image[mask > 0] = np.broadcast_to(coat, image.shape)[mask > 0].astype(np.uint8)
-        image[(mask > 0) & (rows > self.y + 0.05 * self.height)] = (70, 50, 40)
-        image[(mask > 0) & (rows < self.y - 0.33 * self.height)] = (120, 150, 210)
+        # Only of the pixels that are painted: thousands are drawn.
+        mask = self.mask() > 0
+        rows, columns = np.nonzero(mask)
+        light = 1 + 0.1 * np.sin((columns[:, None] - self.x) / 4)
+        colours = np.clip(light * np.array(self.coat), 0, 255).astype(np.uint8)
+        colours[rows > self.y + 0.05 * self.height] = (70, 50, 40)
+        colours[rows < self.y - 0.33 * self.height] = (120, 150, 210)
+        image[mask] = colours
+
+
+@cache
+def noise(seed: int) -> np.ndarray:
+    return np.random.default_rng(seed).integers(-2, 3, (HEIGHT, WIDTH, 3)).astype(np.int16)
 
 
 def picture(
@@ -95,8 +101,7 @@ def picture(
         image[::9, left:right] = (40, 80, 100)
         for mask in masks:
             mask[:, left:right] = 0
-    noise = np.random.default_rng(len(masks)).integers(-2, 3, image.shape)
-    image = np.clip(image.astype(int) + noise, 0, 255).astype(np.uint8)
+    image = np.clip(image + noise(len(masks)), 0, 255).astype(np.uint8)
     if shift != (0, 0):
         image = np.roll(image, shift[::-1], axis=(0, 1))
         masks = [np.roll(mask, shift[::-1], axis=(0, 1)) for mask in masks]
