@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import importlib
 import os
 import pkgutil
@@ -37,7 +38,7 @@ if threading.current_thread() is threading.main_thread():
 
 def pytest_collection_finish() -> None:
     """
-    Import both packages, whole.
+    Import both packages, whole, before any test.
 
     Hypothesis tries the constants of all modules of the project that are loaded, so the examples
     would depend on the tests that are chosen and on those that ran before.
@@ -47,3 +48,6 @@ def pytest_collection_finish() -> None:
             # Without ROS 2 some cannot be.
             with contextlib.suppress(ImportError):
                 importlib.import_module(module.name)
+    # What all these are made of stays, and need not be looked through by every collection.
+    gc.collect()
+    gc.freeze()

@@ -79,8 +79,15 @@ class Shot:
     speed: float
 
 
-def film(walk: Walk, camera: PinholeCamera, pose: CameraPose, seed: int = 0) -> Iterator[Shot]:
-    """Yield the frames of a walk, as a standing camera without distortion sees them."""
+def film(
+    walk: Walk, camera: PinholeCamera, pose: CameraPose, seed: int = 0, *, painted: bool = True
+) -> Iterator[Shot]:
+    """
+    Yield the frames of a walk, as a standing camera without distortion sees them.
+
+    :param painted: whether there are images, which take more than half of the time; else they
+        are (0, 0, 3).
+    """
     rng = np.random.default_rng(seed)
     shape = camera.height, camera.width
     focal, centre = (camera.fx, camera.fy), (camera.cx, camera.cy)
@@ -100,19 +107,22 @@ def film(walk: Walk, camera: PinholeCamera, pose: CameraPose, seed: int = 0) -> 
         points = (STATURE * surface @ turn.T + foot - pose.position) @ pose.rotation
         depth, label = _draw(points, parts, shape, *focal, *centre)
         seen = label >= 0
-        rows, columns = np.nonzero(seen)
-        rays = camera.rays(np.column_stack([columns + 0.5, rows + 0.5]))
-        own = (rays * depth[seen][:, None]) @ pose.rotation.T + pose.position - foot
-        own = np.floor(own @ turn / 0.04).astype(int) % 64
-        image = place.copy()
-        painted = colours[label[seen]] + cloth[own[:, 2], own[:, 1]][:, None]
-        image[seen] = np.clip(painted, 0, 255).astype(np.uint8)
-        noise = rng.normal(0, 2, (*shape, 1))
+        image = np.zeros((0, 0, 3), np.uint8)
+        if painted:
+            rows, columns = np.nonzero(seen)
+            rays = camera.rays(np.column_stack([columns + 0.5, rows + 0.5]))
+            own = (rays * depth[seen][:, None]) @ pose.rotation.T + pose.position - foot
+            own = np.floor(own @ turn / 0.04).astype(int) % 64
+            colour = place.copy()
+            shade = colours[label[seen]] + cloth[own[:, 2], own[:, 1]][:, None]
+            colour[seen] = np.clip(shade, 0, 255).astype(np.uint8)
+            noise = rng.normal(0, 2, (*shape, 1))
+            image = np.clip(colour + noise, 0, 255).astype(np.uint8)
         ends = (np.array([[x, y, 0.0], [x, y, STATURE]]) - pose.position) @ pose.rotation
         (left, bottom), (right, top) = ends[:, :2] / ends[:, 2:] * focal + centre
         yield Shot(
             stamp_ns=1_000_000_000 + round(seconds * 1e9),
-            image=np.clip(image + noise, 0, 255).astype(np.uint8),
+            image=image,
             mask=seen.astype(np.uint8) * np.uint8(255),
             depth=np.where(seen, depth, place_depth).astype(np.float32),
             body=BodyFrame(

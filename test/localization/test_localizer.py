@@ -31,7 +31,8 @@ NOISE = 0.01
 def walked(walk: str, camera: str) -> list:
     given = PATHS[walk]
     model, pose = CAMERAS[camera]
-    return list(true_matches(list(film(Walk(given.at, given.speed, SECONDS), model, pose))))
+    short = Walk(given.at, given.speed, SECONDS)
+    return list(true_matches(list(film(short, model, pose, painted=False))))
 
 
 def first() -> tuple:

@@ -156,7 +156,7 @@ class Bench:
         deadline = time.monotonic() + TIMEOUT_S
         while not ready():
             assert time.monotonic() < deadline, f'waited in vain for {what}'
-            self.executor.spin_once(timeout_sec=0.02)
+            self.executor.spin_once(timeout_sec=0.01)
 
     def settle(self) -> None:
         """Spin until no callback is ready and all workers have done what they were given."""
@@ -172,7 +172,7 @@ class Bench:
     def _call_one(self) -> bool:
         """Call a callback that is ready, and return whether there was one."""
         try:
-            handler, _, _ = self.executor.wait_for_ready_callbacks(timeout_sec=0.02)
+            handler, _, _ = self.executor.wait_for_ready_callbacks(timeout_sec=0.005)
         except TimeoutException:
             return False
         handler()
