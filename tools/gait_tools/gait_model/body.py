@@ -10,6 +10,7 @@ sizes stand in ``walker.json``.
 
 from __future__ import annotations
 
+import functools
 import itertools
 from dataclasses import dataclass
 
@@ -302,7 +303,16 @@ def _rucksack(body: Body, pose: Skeleton, build: Build) -> None:
 
 
 def body_at(phases: ArrayLike, build: Build) -> Body:
-    """Return the body of a build, with its clothes, at (P,) phases of its walk."""
+    """
+    Return the body of a build, with its clothes, at (P,) phases of its walk.
+
+    It is kept and shared, for it is seen from many sides, and not to be changed.
+    """
+    return _body_at(tuple(np.atleast_1d(np.asarray(phases, np.float64)).tolist()), build)
+
+
+@functools.lru_cache(maxsize=16)
+def _body_at(phases: tuple[float, ...], build: Build) -> Body:
     walking = ('speed', 'arm_swing', 'arm_balance', 'lean', 'shoe')
     pose = walk(phases, **{name: getattr(build, name) for name in walking})
     body = Body()
