@@ -43,12 +43,15 @@ film-given:
 # What is compiled to bytes is kept in any case: many processes are started, each would do it again.
 test test-oldest fuzz: export PYTHONDONTWRITEBYTECODE :=
 
+# In order, not the files of few tests last: these take longest, and one worker would wait for the other.
+SHARED := -n $(WORKERS) --dist loadfile --no-loadscope-reorder
+
 test: $(VENV)/installed lint  ## check the code and run all tests
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile
+	$(BIN)/python -m pytest $(SHARED)
 
 # With a cache of its own: Numba's would be made anew each time.
 test-oldest: $(OLDEST)/installed  ## run all tests with the oldest libraries that are promised to work
-	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/numba $(OLDEST)/bin/python -m pytest -n $(WORKERS) --dist loadfile
+	NUMBA_CACHE_DIR=$(CURDIR)/$(OLDEST)/numba $(OLDEST)/bin/python -m pytest $(SHARED)
 
 # The seed of each round is printed: with MINUTES=0 it gives that round alone again.
 fuzz: $(VENV)/installed  ## other random examples, also of hostile messages, files and frames: rounds for MINUTES, SEED
