@@ -42,7 +42,7 @@ class Demo:
 
     def __init__(self, film: tuple[Path, list[str]], out: Path, *more: str) -> None:
         command = [sys.executable, '-m', 'gait_tools.cli.demo', '--clip', str(film[0])]
-        command += [*film[1], '--rate', '4', '--detector', 'none', '--out', str(out), *more]
+        command += [*film[1], '--rate', '8', '--detector', 'none', '--out', str(out), *more]
         environment = {**os.environ, 'PYTHONPATH': f'{ROOT}:{ROOT}/tools'}
         environment.pop('ROS_DOMAIN_ID', None)
         self.process = subprocess.Popen(
