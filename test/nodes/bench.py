@@ -172,7 +172,7 @@ class Bench:
     def _call_one(self) -> bool:
         """Call a callback that is ready, and return whether there was one."""
         try:
-            handler, _, _ = self.executor.wait_for_ready_callbacks(timeout_sec=0.005)
+            handler, _, _ = self.executor.wait_for_ready_callbacks(timeout_sec=0.02)
         except TimeoutException:
             return False
         handler()
