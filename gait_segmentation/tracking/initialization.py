@@ -23,7 +23,6 @@ from gait_segmentation.tracking.appearance import SAME_COLOURS
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues.heat_map import map_evidence
 from gait_segmentation.tracking.likelihood import place_shown
-from gait_segmentation.tracking.reidentification import FAR_COST
 from gait_segmentation.tracking.track import Track
 
 _FILLS = 0.7
@@ -31,6 +30,9 @@ _FILLS = 0.7
 
 _SOLID = 0.3
 """Least share of its box that a person has."""
+
+_BY_PLACE = 0.1
+"""How much less alike a lost person may look where they are expected than as far as can be."""
 
 _ABOUT = 0.3
 """How far about a person found the place is remembered, in body heights."""
@@ -118,21 +120,21 @@ def recognized(lost: Sequence[Track], view: View, start: FirstMask) -> Track | N
     """
     Return who of those who are lost has been found again, if it is one of them.
 
-    The farther they were from there, the more alike they have to look.
+    The farther they are expected from there, the more alike they have to look.
 
     :param start: the first mask, in the newest frame of the view.
     """
     place = start.box.scaled(1 / view.scale)
     alike = [
-        (track.similarity(start, view.now) - FAR_COST * _too_far(place, track), track)
+        (track.similarity(start, view.now) + _BY_PLACE * (1 - _away(place, track)), track)
         for track in lost
     ]
     similarity, track = max(alike, key=itemgetter(0), default=(0.0, None))
     return track if similarity >= SAME_COLOURS else None
 
 
-def _too_far(place: Box, lost: Track) -> float:
-    """Return how much farther a place is than a lost person can have come, in body heights."""
+def _away(place: Box, lost: Track) -> float:
+    """Return how far a place is from where a person is expected, 1 = as far as they can be."""
     last = lost.body
     away = math.hypot(place.center_x - last.center_x, place.center_y - last.center_y)
-    return max(away / last.height - lost.reach, 0.0)
+    return away / (last.height * lost.reach)

@@ -9,8 +9,8 @@ people at one place the alternatives to k are the surroundings and all others::
     P_k = exp(L_k) / (1 + exp(L_k) + sum_j exp(C_j)),   C_j = L_j + g_j + d
 
 where g_j <= 0 falls off away from where j is expected, so that people only compete where they
-meet, and d is positive for those who stand nearer to the camera (lower feet) and negative for
-those farther away.  As a log ratio this is L_k - ln(1 + sum_j exp(C_j)).  A pixel that
+meet, and d grows from negative to positive with how much nearer to the camera j stands (lower
+feet).  As a log ratio this is L_k - ln(1 + sum_j exp(C_j)).  A pixel that
 two still both find likely goes to the one whose L + g is greater.
 """
 
@@ -33,8 +33,11 @@ _FARTHEST = -6.0
 _REFUSED = np.float32(-0.5)
 """Log ratio of a pixel for those who do not get it though they find it likely."""
 
-_NEARER = 1.5
-"""Advantage, as a log ratio, of a person who stands nearer."""
+_NEARER, _SURE = 1.5, 0.05
+"""
+Advantage, as a log ratio, of a person who surely stands nearer, and by how much lower feet tell
+that, in body heights.
+"""
 
 
 @dataclass(frozen=True)
@@ -86,7 +89,8 @@ def associate(claims: Sequence[PixelClaim]) -> list[NDArray[np.float32]]:
         claim, other = claims[one], claims[two]
         if claim.vague:
             continue
-        depth = _NEARER if claim.feet > other.feet and not claim.hidden else -_NEARER
+        nearer = (claim.feet - other.feet) / (_SURE * max(claim.height, other.height))
+        depth = -_NEARER if claim.hidden else _NEARER * min(max(nearer, -1.0), 1.0)
         part = strong[one][within(shared, claim.window)]
         rivals[two][within(shared, other.window)] += np.float32(math.exp(depth)) * part
     logits = [

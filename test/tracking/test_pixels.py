@@ -47,10 +47,13 @@ def test_who_stands_nearer_is_favoured() -> None:
     assert nearer[30, 20] > 0 > farther[30, 20]
     farther, nearer = associate([claim(0, 3.0, 50.0), claim(0, 3.0, 55.0)])
     assert nearer[30, 20] > 0 > farther[30, 20]
+    # Feet are not known to a pixel: hardly lower ones hardly tell.
+    likelier, other = associate([claim(0, 3.2, 50.0), claim(0, 3.0, 50.2)])
+    assert likelier[30, 20] > 0 > other[30, 20]
 
 
 def test_a_mask_that_has_taken_in_somebody_does_not_keep_them() -> None:
-    one, two = claim(0, 3.0), claim(8, 3.0)
+    one, two = claim(0, 3.0), claim(8, 3.0, 45.0)
     body = np.zeros(SHAPE, np.uint8)
     body[5:55, 12:16] = 255
     kept = associate([one, two])[0]
@@ -77,7 +80,7 @@ def test_several_compete_as_their_densities_say() -> None:
         rivals = np.zeros(SHAPE)
         for other in claims:
             if other is not one:
-                depth = bonus if other.feet > one.feet else -bonus
+                depth = bonus * np.clip((other.feet - one.feet) / (0.05 * 50.0), -1, 1)
                 rivals[other.window] += np.exp(other.logit + other.falloff + depth)
         expected.append(one.logit - np.log1p(rivals[one.window]))
     for first, second in itertools.combinations(range(3), 2):
