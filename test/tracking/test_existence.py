@@ -26,7 +26,8 @@ def misses_until_doubted(pattern):
         existence = existence.unseen()
         if existence.log_odds(S) < 0:
             assert 'detector' in existence.doubt(S)
-            assert existence.seen(0.9, TALL).log_odds(S) > 0
+            again = existence.seen(0.9, TALL)
+            assert (again.log_odds(S) > 0, again.missed) == (True, 0)
             return count
     return 0
 

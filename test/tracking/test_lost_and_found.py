@@ -60,6 +60,15 @@ def test_why_somebody_is_lost_and_why_a_track_ended_is_told() -> None:
     assert 'no frame came for 1.0 s' in told.show()[0].reason
 
 
+def test_the_patience_begins_anew_whenever_somebody_is_lost() -> None:
+    into, out, back = walk(Figure(60), 25, 4.0), walk(Figure(156), 15, 4.0), Figure(212)
+    path = [*into, *into[-1:] * 6, *out, *walk(back, 15, -4.0), *into[-1:] * 6]
+    path += walk(Figure(156), 15, -4.0)
+    results = Told(patience=1.0).follow(path, boards=[BOARD])
+    states = [state for state, _ in itertools.groupby(each.state for each in results)]
+    assert states == ['tracked', 'lost', 'tracked', 'lost', 'tracked']
+
+
 @pytest.mark.parametrize(('width', 'lost'), [(8, 0), (18, 5), (20, 5), (22, 5)])
 def test_somebody_behind_a_pole_does_not_shrink_and_is_soon_followed_again(
     width: int, lost: int

@@ -133,6 +133,28 @@ def test_who_has_left_when_a_look_comes_does_not_begin() -> None:
     assert [told.show()[0].track_id for _ in range(6)] == [0] * 6
 
 
+@pytest.mark.parametrize(('frames', 'counts'), [(20, True), (30, False)])
+def test_a_look_that_comes_more_than_a_second_late_says_nothing(frames: int, counts: bool) -> None:
+    told = Told(scheduler=Late(Networks(lambda image: []), frames))
+    told.follow([Figure(60)] * (frames + 2))
+    (track,) = told.tracker.tracks()
+    assert bool(track.existence.missed) == counts
+
+
+def test_where_somebody_was_in_the_frame_of_a_late_look_is_known() -> None:
+    told, path = Told(working_height=60), walk(Figure(60), 14, 4.0)
+    results = told.follow(path)
+    (track,) = told.tracker.tracks()
+    assert track.view.scale < 0.7
+    for back in (0, 1, 8):
+        boxes = track.boxes_at(results[-1 - back].stamp_ns)
+        assert [each.center_x for each in boxes] == [pytest.approx(path[-1 - back].x, abs=3)] * 2
+    # And what was seen then goes along with them.
+    track.see(Detection(path[-9].box, 0.9), results[-9].stamp_ns)
+    (sought,) = track.sought_in(results[-1].stamp_ns)
+    assert sought.center_x == pytest.approx(path[-1].x, abs=3)
+
+
 def test_a_box_that_is_given_begins_with_the_mask_of_who_is_in_it() -> None:
     figure = Figure(120, RED)
     networks = Networks(lambda image: [], Masks([figure]))
@@ -165,6 +187,8 @@ def test_a_track_that_looks_do_not_see_goes_over_to_who_looks_like_it(coat, foll
         (result,) = told.show(figure, other)
     assert result.track_id == 1
     assert (result.state == 'tracked' and result.box.iou(other.box) > 0.5) == follows
+    # Nobody is left who has the slot as well.
+    assert ids(told.tracker._people.tracks) == [1]
 
 
 def test_who_has_stood_there_from_the_beginning_is_no_part_of_the_place() -> None:
