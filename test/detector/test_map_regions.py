@@ -35,11 +35,14 @@ def sure(*args, regions=None):
 def test_people_are_found_by_the_shape_of_a_body_once_in_each_map_that_is_trusted():
     regions, shown = MapRegions(SHAPES), [(20, 30, body()), (90, 20, body((36, 80), 8))]
     assert sure(heat(0, *shown, trust=0.0), SOURCE, 20, [], regions=regions) == []
-    found = sure(heat(0, *shown), SOURCE, 20, [], regions=regions)
-    assert sorted((box.x, box.y, box.width, box.height) for box in found) == [
-        pytest.approx((40, 60, 60, 120), abs=4),
-        pytest.approx((180, 40, 72, 160), abs=4),
-    ]
+    squeezed = HeatMap(cv2.resize(heat(0, *shown).values, (80, 120)), 9, 1.0)
+    for given in (heat(0, *shown), squeezed):
+        found = sure(given, SOURCE, 20, [], regions=regions)
+        assert sorted((box.x, box.y, box.width, box.height) for box in found) == [
+            pytest.approx((40, 60, 60, 120), abs=4),
+            pytest.approx((180, 40, 72, 160), abs=4),
+        ]
+    regions.detect(heat(0, *shown), SOURCE, 20, [])
     assert sure(heat(0, *shown), SOURCE, 20, [], regions=regions) == []
 
 

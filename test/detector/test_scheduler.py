@@ -181,6 +181,24 @@ def test_what_cannot_be_loaded_is_said_once_by_a_thread_and_always_in_lockstep()
     assert 'FILE.onnx' in scheduler.newest.error
 
 
+def test_a_look_that_fails_in_a_thread_is_not_the_last():
+    fails = [DetectorError('no such layer')]
+
+    def look(image):
+        if fails:
+            raise fails.pop()
+        return [SOMEBODY]
+
+    scheduler, seen = DetectorScheduler(networks=Networks(look), threaded=True), []
+    for second in range(1, 4):
+        seen.append(scheduler.look(IMAGE, second * 10**9, urgent=True))
+        done(scheduler)
+    assert [(each.error, each.people) for each in seen[1:]] == [
+        ('no such layer', None),
+        ('', (SOMEBODY,)),
+    ]
+
+
 def test_networks_are_loaded_once_before_the_first_look_if_they_can_be(monkeypatch):
     loaded = []
     monkeypatch.setattr(module, 'open_networks', lambda *asked: loaded.append(asked) or DETECTOR)
