@@ -146,6 +146,9 @@ def test_what_always_moves_is_never_learnt_and_what_has_left_is_not_mixed_in() -
     known, part = scene.background(), (slice(62, 98), slice(112, 148))
     assert (known.count[part] >= 2).all()
     assert np.abs(known.mean[part] - lab_of(seen(0))[part].astype(float)).max() < 12
+    # Nobody looks at what moves from now on.
+    scene.place.close()
+    assert (scene.scene.moving, scene.scene.views) == (None, [])
 
 
 def image(*boxes: tuple[int, int, int, int]) -> np.ndarray:

@@ -190,6 +190,21 @@ def test_all_views_have_the_light_and_the_motion_of_the_finest() -> None:
         assert (x - 80, y - 40) == pytest.approx((-4.0 * dark.scale, 0.0), abs=0.1)
 
 
+def test_people_of_a_coarse_view_are_no_world_to_the_finest() -> None:
+    scene, fine, coarse = Scene(SOURCE), View(SOURCE, 1.0), View(SOURCE, 0.5)
+    person, people = Box(150, 30, 100, 130), {}
+    for number in range(3):
+        image = np.full((*SOURCE, 3), 90, np.uint8)
+        body = person.shifted(3 * number, 0)
+        window = body.slices(SOURCE[1], SOURCE[0])
+        image[window] = wall()[person.slices(SOURCE[1], SOURCE[0])]
+        scene.advance(image, 1 + number, people)
+        for view in (fine, coarse) if number == 0 else ():
+            scene.add(view)
+        people = {coarse: Regions((body.scaled(0.5),))}
+        assert fine.now.motion.camera is None
+
+
 SIZE = (120, 300)
 
 
