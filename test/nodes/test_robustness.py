@@ -8,6 +8,7 @@ import os
 import threading
 from collections.abc import Iterator
 from itertools import count
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -77,6 +78,11 @@ def test_of_frames_that_wait_too_many_are_dropped_and_counted(bench: Bench) -> N
     assert about.dropped == 9 - about.processed > 0
     assert len(bench.received['mask']) == about.processed
     assert bench.received['mask'][-1].header == header(8)
+    # What is lost on the way is told with all that was lost before.
+    before = about.dropped
+    for change, total in ((2, 2), (3, 5)):
+        node._lost(SimpleNamespace(total_count=total, total_count_change=change))
+    assert about.dropped == before + 5
 
 
 def test_a_node_that_is_started_again_joins_the_others(bench: Bench) -> None:

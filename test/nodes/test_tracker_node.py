@@ -143,6 +143,8 @@ def test_services_reset_and_disable(bench: Bench) -> None:
     node.intake.requested.append(Box(*BOX))
     bench.feed(camera, [frame(4)])
     assert boxes(bench)[-1] == 4
+    # Nor does a box that waits outlast a reset.
+    node.intake.requested.append(Box(*BOX))
     assert bench.call(Trigger, 'gait_tracker/reset', Trigger.Request()).success
     bench.feed(camera, [frame(5)])
     assert boxes(bench)[-1] == 0

@@ -72,6 +72,8 @@ def test_what_there_is_no_room_for_is_a_loss_once_anything_was_complete(begun: b
         join.add('a', stamp, 'x')
     assert join.waits_for == 'tracker'
     assert (len(join._entries), join.dropped) == (2, {'tracker': 3} if begun else {})
+    # The oldest of all are lost.
+    assert all([join.add(part, stamp, 'x') for part in 'bcd'][-1] for stamp in (14, 15))
 
 
 def test_a_node_whose_parts_wait_is_not_waited_for() -> None:
