@@ -22,6 +22,7 @@ from gait_segmentation.localization import (
 )
 from gait_segmentation.localization.localizer import DEPTH, GROUND, PREDICTED
 from gait_segmentation.results import MatchResult
+from test.state import remembered
 
 SECONDS = 1.5
 NOISE = 0.01
@@ -114,6 +115,15 @@ def test_depth_that_is_not_valid_moves_nobody(spoil) -> None:
     assert all(error(place, shot) < 0.1 for place, (shot, _, _) in zip(places, found, strict=True))
     sources = {place.source for place in places}
     assert sources == ({DEPTH, PREDICTED} if spoil is NOTHING else {DEPTH})
+
+
+def test_who_is_gone_is_not_remembered() -> None:
+    (shot, about, mask, model, pose), localizer, sizes = first(), Localizer(), set()
+    for number in range(1, 6):
+        other = dataclasses.replace(about, track_id=number, stamp_ns=number * 10**9)
+        assert localizer.update([other], [mask], model, pose, shot.depth)[0] is not None
+        sizes.add(len(remembered(localizer)))
+    assert len(sizes) == 1
 
 
 def test_without_depth_for_long_the_ground_says_it_and_without_that_nothing() -> None:

@@ -309,6 +309,9 @@ def test_a_motion_is_believed_the_more_the_longer_it_shows_and_jumps_at_once():
     assert astuple(steady.smooth(far, 40 / FPS)) == pytest.approx(astuple(far))
     steady = SteadyBody()
     assert astuple(steady.smooth(tall, 41 / FPS)) == pytest.approx(astuple(tall))
+    # What was more than 0.8 s before does not count.
+    aside = replace(tall, center_x=52.0)
+    assert astuple(steady.smooth(aside, 62 / FPS)) == pytest.approx(astuple(aside))
 
 
 @pytest.mark.parametrize(

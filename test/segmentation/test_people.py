@@ -9,7 +9,7 @@ import pytest
 from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame
 from gait_segmentation.results import MatchResult
-from gait_segmentation.segmentation import PeopleMasks, PeopleSegmenter
+from gait_segmentation.segmentation import PeopleMasks, PeopleSegmenter, SegmentationConfig
 from test.tracking.figures import BLUE, Figure, picture
 
 
@@ -78,6 +78,25 @@ def test_a_body_that_makes_no_sense_changes_nothing(body: BodyFrame) -> None:
         np.testing.assert_array_equal(found.labels, expected.labels)
         with pytest.raises(InputError, match='body must be finite, at most'):
             asked.update(image, likelihoods, [matches[0], replace(matches[1], body=body)])
+
+
+def test_an_exchanged_configuration_is_in_force_in_every_slot() -> None:
+    figures = Figure(60), Figure(200, BLUE)
+    matches = [match(figure, k + 1) for k, figure in enumerate(figures)]
+    image, likelihoods = np.full((180, 320, 3), 120, np.uint8), []
+    for figure, each in zip(figures, matches, strict=True):
+        beside = np.zeros_like(each.shape_prior)
+        beside[60:120, round(figure.x) : round(figure.x) + 40] = 140
+        likelihoods.append(np.maximum(each.shape_prior, beside))
+    old, new = SegmentationConfig(), SegmentationConfig(prior='none')
+    exchanged, *others = (PeopleSegmenter(each, max_people=2) for each in (old, new, old))
+    exchanged.config = new
+    found, right, wrong = (
+        each.update(image, likelihoods, matches).people for each in (exchanged, *others)
+    )
+    for one, two, other in zip(found, right, wrong, strict=True):
+        assert np.array_equal(one.mask, two.mask)
+        assert not np.array_equal(one.mask, other.mask)
 
 
 def test_a_body_far_larger_than_the_image_has_no_outline_in_it() -> None:
