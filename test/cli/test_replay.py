@@ -228,7 +228,7 @@ def test_a_parameter_file_is_read_as_the_nodes_read_it(given: list[str], tmp_pat
     file.write_text(
         '/**:\n  ros__parameters:\n    backlog: 3\n    max_people: 2\n'
         '    people.people_threads: 3\n'
-        '    initial_box: [1, 2, 30, 40]\n'
+        '    initial_box: [1, 2, 30, 40]\n    bank: of_file.npz\n'
         '/robot/gait_pipeline:\n  ros__parameters:\n    matching: {lag: 4, window: 1}\n'
         'camera:\n  ros__parameters:\n    matching.lag: 9\n'
     )
@@ -238,7 +238,12 @@ def test_a_parameter_file_is_read_as_the_nodes_read_it(given: list[str], tmp_pat
     assert job.config.people.people_threads == 3
     assert job.config.matching.window == 1.0
     assert job.box is not None
-    assert (job.box.x, job.box.height) == (1, 40)
+    assert (job.box.x, job.box.height, job.bank) == (1, 40, 'of_file.npz')
+    # What the command line says counts more.
+    given = [*command, '--bank', 'asked_for.npz', '--box', '5', '6', '7', '8']
+    (job,) = make_jobs(parser().parse_args(given))
+    assert job.box is not None
+    assert (job.box.x, job.box.height, job.bank) == (5, 8, 'asked_for.npz')
 
 
 def test_a_preset_is_what_parameter_file_and_options_begin_with(

@@ -141,6 +141,12 @@ def test_without_a_stamp_the_time_of_recording_tells_frames_apart(tmp_path: Path
     assert [frame.stamp_ns for frame in frames] == [stamp(0) + 5_000_000, stamp(1) + 5_000_000]
 
 
+def test_the_rate_is_that_of_the_stamps_however_fast_it_was_recorded(tmp_path: Path) -> None:
+    messages = [image_fields(grey(index), stamp(3 * index)) for index in range(4)]
+    source = open_input(write_bag2(tmp_path / 'walk', {'/image': messages}))
+    assert source.fps == pytest.approx(1e9 / (3 * STEP_NS))
+
+
 @pytest.mark.parametrize('kind', ['mcap', 'mcap, chunks packed'])
 def test_damage_in_the_middle_is_found(kind: str, tmp_path: Path) -> None:
     path = WRITERS[kind](tmp_path / 'walk', {'/image': noisy(12)})
