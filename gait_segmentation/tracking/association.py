@@ -19,6 +19,28 @@ _FOUND_AGAIN = 0.6
 """Score of a detection that shows a person who is lost: something like one may be anywhere."""
 
 
+def associate_beside(
+    lost: Sequence[Sequence[Box]],
+    tracked: Sequence[Sequence[Box]],
+    detections: Sequence[Detection],
+) -> dict[int, int]:
+    """
+    Give detections to tracks beside those who are lost, who may be seen where they are expected.
+
+    Nobody who is tracked goes without a detection for it: who is lost may still be hidden.
+
+    :param lost: see :func:`associate`; that of one of them stays free, to be looked at closer.
+    :param tracked: likewise.
+    :returns: the numbers of detections by those of tracked ones.
+    """
+    first = associate([*tracked, *lost], detections)
+    pairs = {track: number for track, number in first.items() if track < len(tracked)}
+    left = [track for track in range(len(tracked)) if track not in pairs]
+    free = [number for number in range(len(detections)) if number not in pairs.values()]
+    again = associate([tracked[track] for track in left], [detections[each] for each in free])
+    return pairs | {left[track]: free[number] for track, number in again.items()}
+
+
 def unexplained(
     detections: Sequence[Detection],
     pairs: dict[int, int],
@@ -50,11 +72,12 @@ def explain(tracks: Sequence[Track], seen: Seen) -> list[Detection]:
 
     Of whom a detector looked for and did not see, that is taken in as well.
     """
-    tracked = [track for track in tracks if track.state == TRACKED]
-    sought = [track.sought_in(seen.stamp_ns) for track in tracked]
     if seen.people is None:
         return []
-    pairs = associate(sought, seen.people)
+    tracked = [track for track in tracks if track.state == TRACKED]
+    sought = [track.sought_in(seen.stamp_ns) for track in tracked]
+    lost = [track.boxes_at(seen.stamp_ns) for track in tracks if track.state == LOST]
+    pairs = associate_beside(lost, sought, seen.people)
     for number, track in enumerate(tracked):
         if number in pairs:
             track.see(seen.people[pairs[number]], seen.stamp_ns)

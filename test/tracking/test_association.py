@@ -4,7 +4,7 @@ import pytest
 
 from gait_segmentation.detector.detection import Detection, associate
 from gait_segmentation.geometry import Box
-from gait_segmentation.tracking.association import unexplained
+from gait_segmentation.tracking.association import associate_beside, unexplained
 
 OWN, OTHER = Box(50, 50, 40, 100), Box(150, 50, 40, 100)
 
@@ -25,6 +25,17 @@ def test_each_detection_is_of_one_track_and_the_best_pair_comes_first() -> None:
 
 def test_a_track_may_be_where_it_was_seen_or_where_its_body_is() -> None:
     assert associate([[OTHER, OWN]], detected(OWN)) == {0: 0}
+
+
+def test_who_comes_out_behind_somebody_is_not_taken_for_them() -> None:
+    # The one in front has taken pixels of the other along, so both boxes are about both of them.
+    front, behind = Box(130, 70, 47, 138), Box(129, 91, 34, 110)
+    two = detected(Box(128, 84, 41, 118), Box(144, 64, 41, 135))
+    assert associate([[front]], two) == {0: 0}
+    assert associate_beside([[behind]], [[front]], two) == {0: 1}
+    # While only one is seen, that is who is not hidden, however well it suits the other.
+    assert associate_beside([[behind]], [[front]], two[:1]) == {0: 0}
+    assert associate_beside([[behind]], [], two) == {}
 
 
 @pytest.mark.parametrize(
