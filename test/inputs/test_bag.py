@@ -91,6 +91,7 @@ def test_start_count_and_width_choose(tmp_path: Path) -> None:
         assert numbers(source) == [2, 3, 4]
         assert [frame.number for frame in source.frames()] == [2, 3, 4]
         assert (source.size, source.scale, source.total) == ((30, 20), 0.5, 3)
+    assert open_input(folder, start=2, count=9).total == 4
 
 
 def test_compressed_images_and_other_encodings_are_read(tmp_path: Path) -> None:
@@ -116,13 +117,19 @@ def test_the_topic_is_found_or_asked_for(tmp_path: Path) -> None:
         assert '/right/compressed (sensor_msgs/msg/CompressedImage' in str(caught.value)
 
 
-def test_frames_that_cannot_be_read_are_no_end(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ('options', 'shape'), [({}, (40, 60)), ({'rotate': 90, 'width': 20}, (30, 20))]
+)
+def test_frames_that_cannot_be_read_are_no_end(
+    tmp_path: Path, options: dict[str, int], shape: tuple[int, int]
+) -> None:
     messages = greys(3)
     messages[1].encoding = '32FC1'
-    frames = list(open_input(write_bag2(tmp_path / 'raw', {'/image': messages})).frames())
+    path = write_bag2(tmp_path / 'raw', {'/image': messages})
+    frames = list(open_input(path, **options).frames())
     assert [frame.image is None for frame in frames] == [False, True, False]
     # Empty answers are made of the size that it claims.
-    assert (frames[1].stamp_ns, frames[1].shape) == (stamp(1), (40, 60))
+    assert (frames[1].stamp_ns, frames[1].shape) == (stamp(1), shape)
     assert "'32FC1'" in frames[1].problem
 
 
