@@ -23,17 +23,16 @@ from gait_segmentation.ros.diagnostics import (
 LOGGED: list[str] = []
 
 
-def told(
+def reporting(
     statistics: Statistics,
-    now_s: float = 10.0,
     *,
     state: str = 'active',
     enabled: bool = True,
     details: dict[str, str] | None = None,
     trouble: str = '',
     load: tuple[float, float] = (0.0, 0.0),
-) -> Any:
-    """Return the status of a node's message and its values by name."""
+) -> Diagnostics:
+    """Return what reports on a node whose images have no stamps."""
     node = SimpleNamespace(
         statistics=statistics,
         state=state,
@@ -49,7 +48,12 @@ def told(
         create_publisher=lambda *_: None,
         create_timer=lambda *_, **__: None,
     )
-    status = Diagnostics(node).status(now_s)
+    return Diagnostics(node)
+
+
+def told(statistics: Statistics, now_s: float = 10.0, **node: Any) -> Any:
+    """Return the status of a node's message and its values by name."""
+    status = reporting(statistics, **node).status(now_s)
     return status, {each.key: each.value for each in status.values}
 
 
@@ -97,6 +101,19 @@ def test_without_a_first_frame_a_node_is_stale_three_seconds_after_its_activatio
     statistics.arrived(15.0, 1)
     statistics.expect(60.0)
     assert judged(statistics, 62.0) == (DiagnosticStatus.OK, 'active')
+
+
+def test_what_is_missing_is_logged_once_each_time_that_it_is() -> None:
+    statistics = Statistics()
+    statistics.expect(10.0)
+    report = reporting(statistics).status
+    for logged in (1, 2):
+        for seconds in (3.5, 10.5, 11.5):
+            report(10.0 * logged + seconds)
+        assert len(LOGGED) == logged
+        statistics.arrived(20.0, 1)
+        report(22.0)
+    LOGGED.clear()
 
 
 @pytest.mark.parametrize(('state', 'enabled'), [('active', False), ('inactive', True)])

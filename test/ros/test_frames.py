@@ -185,7 +185,7 @@ def test_while_frames_take_longer_than_they_come_the_newest_is_worked_on() -> No
         go.release()
         now_s[0] += 0.2
         lost = worker.put(newest)
-    assert lost == 0
+    assert (lost, worker.step_s) == (0, pytest.approx(0.2))
     go.release(100)
     worker.stop()
 

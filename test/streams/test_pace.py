@@ -16,8 +16,8 @@ def test_it_begins_in_the_middle_and_goes_on_to_all_while_there_is_time():
 
 
 def test_it_is_halved_twice_a_second_while_there_is_too_much_and_not_for_ever():
-    found = paces([1.5] * 40)
-    assert found[::2][:4] == [0.5, 0.25, 0.25, 0.25]
+    found = paces([0.0] * 3 + [1.5] * 40)
+    assert found[2:8] == [1.0, 1.0, 0.5, 0.5, 0.25, 0.25]
     assert min(found) == 0.25
 
 
