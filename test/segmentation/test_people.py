@@ -80,7 +80,8 @@ def test_a_body_that_makes_no_sense_changes_nothing(body: BodyFrame) -> None:
             asked.update(image, likelihoods, [matches[0], replace(matches[1], body=body)])
 
 
-def test_an_exchanged_configuration_is_in_force_in_every_slot() -> None:
+def doubtful() -> tuple[np.ndarray, list[np.ndarray], list[MatchResult]]:
+    """Return an image, likelihoods and matches of two people beside whom more may be theirs."""
     figures = Figure(60), Figure(200, BLUE)
     matches = [match(figure, k + 1) for k, figure in enumerate(figures)]
     image, likelihoods = np.full((180, 320, 3), 120, np.uint8), []
@@ -88,15 +89,29 @@ def test_an_exchanged_configuration_is_in_force_in_every_slot() -> None:
         beside = np.zeros_like(each.shape_prior)
         beside[60:120, round(figure.x) : round(figure.x) + 40] = 140
         likelihoods.append(np.maximum(each.shape_prior, beside))
+    return image, likelihoods, matches
+
+
+def test_an_exchanged_configuration_is_in_force_in_every_slot() -> None:
     old, new = SegmentationConfig(), SegmentationConfig(prior='none')
     exchanged, *others = (PeopleSegmenter(each, max_people=2) for each in (old, new, old))
     exchanged.config = new
-    found, right, wrong = (
-        each.update(image, likelihoods, matches).people for each in (exchanged, *others)
-    )
+    found, right, wrong = (each.update(*doubtful()).people for each in (exchanged, *others))
     for one, two, other in zip(found, right, wrong, strict=True):
         assert np.array_equal(one.mask, two.mask)
         assert not np.array_equal(one.mask, other.mask)
+
+
+def test_after_a_reset_each_slot_learns_of_its_own_person_again() -> None:
+    image, likelihoods, matches = doubtful()
+    # Templates that do not fit are believed less and less.
+    poor = [replace(each, similarity=0.1) for each in matches]
+    segmenter = PeopleSegmenter(max_people=2)
+    first, *_, last = (segmenter.update(image, likelihoods, poor).labels for _ in range(20))
+    segmenter.reset()
+    again, *_, end = (segmenter.update(image, likelihoods, poor).labels for _ in range(20))
+    assert not np.array_equal(first, last)
+    assert np.array_equal((first, last), (again, end))
 
 
 def test_a_body_far_larger_than_the_image_has_no_outline_in_it() -> None:
