@@ -133,10 +133,18 @@ def test_who_has_left_when_a_look_comes_does_not_begin() -> None:
     assert [told.show()[0].track_id for _ in range(6)] == [0] * 6
 
 
-@pytest.mark.parametrize(('frames', 'counts'), [(20, True), (30, False)])
-def test_a_look_that_comes_more_than_a_second_late_says_nothing(frames: int, counts: bool) -> None:
-    told = Told(scheduler=Late(Networks(lambda image: []), frames))
-    told.follow([Figure(60)] * (frames + 2))
+@pytest.mark.parametrize(
+    ('frames', 'known', 'counts'), [(20, 1, True), (20, 70, True), (30, 1, False)]
+)
+def test_a_look_that_comes_more_than_a_second_late_says_nothing(
+    frames: int, known: int, counts: bool
+) -> None:
+    seen = [Detection(Figure(60).box, 0.9)]
+    told = Told(scheduler=Late(Networks(lambda image: seen), frames))
+    told.follow([Figure(60)] * known)
+    seen.clear()
+    for _ in range(frames + 1):
+        told.show(Figure(60))
     (track,) = told.tracker.tracks()
     assert bool(track.existence.missed) == counts
 
