@@ -10,7 +10,7 @@ from gait_segmentation.errors import InputError
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import LOST, TRACKED, Feedback, TrackResult
 from gait_segmentation.tracking import PeopleTracker, TrackingConfig
-from test.tracking.figures import BLUE, GREEN, STEP_NS, Figure, Told, blind, ids
+from test.tracking.figures import BLUE, GREEN, STEP_NS, Figure, Told, blind, ids, picture
 from test.walkers import box_of, clip, small_bank
 
 
@@ -144,7 +144,7 @@ def test_each_part_matters_and_can_be_switched_off(name: str, all_parts: TrackRe
 
 
 def test_a_box_starts_the_slot_of_who_stands_there_anew_or_else_that_of_the_least_sure() -> None:
-    told = Told(slots=2)
+    told = Told(slots=2, patience=0.2)
     people = [Figure(60), Figure(150, BLUE)]
     told.start(*people)
     assert ids(told.show(*people)) == [1, 2]
@@ -155,6 +155,12 @@ def test_a_box_starts_the_slot_of_who_stands_there_anew_or_else_that_of_the_leas
     assert results[1].confidence < results[0].confidence
     told.start(Figure(250, GREEN))
     assert ids(told.show(*people, Figure(250, GREEN), boards=[(125, 145)])) == [3, 4]
+    # Also where a slot before theirs is empty.
+    image, (mask,) = picture([Figure(250, GREEN)])
+    shown = image, [np.zeros_like(mask), mask]
+    assert ids([told.see(*shown) for _ in range(10)][-1]) == [0, 4]
+    told.start(Figure(250, GREEN))
+    assert ids(told.see(*shown)) == [0, 5]
 
 
 def test_people_of_one_size_share_a_view_and_others_have_their_own() -> None:
