@@ -23,6 +23,7 @@ from gait_segmentation.tracking.appearance import SAME_COLOURS
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues.heat_map import map_evidence
 from gait_segmentation.tracking.likelihood import place_shown
+from gait_segmentation.tracking.reidentification import FAR_COST
 from gait_segmentation.tracking.track import Track
 
 _FILLS = 0.7
@@ -32,7 +33,7 @@ _SOLID = 0.3
 """Least share of its box that a person has."""
 
 _BY_PLACE = 0.1
-"""How much less alike a lost person may look where they are expected than as far as can be."""
+"""How much less alike a lost person may look where they are expected than far from there."""
 
 _ABOUT = 0.3
 """How far about a person found the place is remembered, in body heights."""
@@ -126,15 +127,16 @@ def recognized(lost: Sequence[Track], view: View, start: FirstMask) -> Track | N
     """
     place = start.box.scaled(1 / view.scale)
     alike = [
-        (track.similarity(start, view.now) + _BY_PLACE * (1 - _away(place, track)), track)
-        for track in lost
+        (track.similarity(start, view.now) + _by_place(place, track), track) for track in lost
     ]
     similarity, track = max(alike, key=itemgetter(0), default=(0.0, None))
     return track if similarity >= SAME_COLOURS else None
 
 
-def _away(place: Box, lost: Track) -> float:
-    """Return how far a place is from where a person is expected, 1 = as far as they can be."""
+def _by_place(place: Box, lost: Track) -> float:
+    """Return how much less alike a lost person may look in a place than as far as they can be."""
     last = lost.body
     away = math.hypot(place.center_x - last.center_x, place.center_y - last.center_y)
-    return away / (last.height * lost.reach)
+    farther = away / last.height - lost.reach
+    # Who was not lost, but drawn away by something else, may be anywhere.
+    return -FAR_COST * farther if farther > 0 else -_BY_PLACE * farther / lost.reach

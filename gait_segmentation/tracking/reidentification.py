@@ -29,7 +29,7 @@ what a search must score, too, since what is hidden adds nothing.
 _SEARCH_HEIGHT = 32
 """Height of the body in the image that is searched, in pixels."""
 
-_FAR_COST = 0.08
+FAR_COST = 0.08
 """What a body height away from the expected place costs."""
 
 
@@ -155,6 +155,6 @@ def find_silhouette(
     off_x, off_y = (0.5 if side % 2 else 0.0 for side in inside.shape[::-1])
     away_x = np.abs(np.arange(score.shape[1], dtype=np.float32) + np.float32(off_x - place[0]))
     away_y = np.abs(np.arange(score.shape[0], dtype=np.float32) + np.float32(off_y - place[1]))
-    score -= np.float32(_FAR_COST / height) * (away_x[None, :] + away_y[:, None])
+    score -= np.float32(FAR_COST / height) * (away_x[None, :] + away_y[:, None])
     row, column = divmod(int(score.argmax()), score.shape[1])
     return column + off_x, row + off_y, float(score[row, column])

@@ -132,7 +132,8 @@ def test_a_lost_person_is_found_in_a_map_though_a_box_was_given(
         (0.7, 0.5, 0.5, True),
         (0.7, 4.0, 0.5, False),
         (0.7, 4.0, 4.0, True),
-        (0.95, 4.0, 0.5, False),
+        (0.95, 4.0, 0.5, True),
+        (0.95, 9.0, 0.5, False),
     ],
 )
 def test_who_can_hardly_have_come_so_far_must_look_the_more_alike(
