@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -98,12 +98,17 @@ class Detection:
     by_map: bool = False
 
 
-def associate(tracks: Sequence[Sequence[Box]], detections: Sequence[Detection]) -> dict[int, int]:
+def associate(
+    tracks: Sequence[Sequence[Box]],
+    detections: Sequence[Detection],
+    known: Mapping[int, int] | None = None,
+) -> dict[int, int]:
     """
     Give detections to tracks, one to one, the pairs that overlap most first.
 
     :param tracks: the boxes in which each track may be seen, in the frame of the detections, in
         source pixels.
+    :param known: pairs that stand already, as they are returned.
     :returns: the numbers of detections by those of tracks.
     """
     overlaps = sorted(
@@ -113,7 +118,7 @@ def associate(tracks: Sequence[Sequence[Box]], detections: Sequence[Detection]) 
             for number, detection in enumerate(detections)
         ),
     )
-    pairs: dict[int, int] = {}
+    pairs = dict(known or {})
     for cost, track, number in overlaps:
         if -cost >= SAME_PERSON and track not in pairs and number not in pairs.values():
             pairs[track] = number

@@ -33,12 +33,9 @@ def associate_beside(
     :param tracked: likewise.
     :returns: the numbers of detections by those of tracked ones.
     """
-    first = associate([*tracked, *lost], detections)
-    pairs = {track: number for track, number in first.items() if track < len(tracked)}
-    left = [track for track in range(len(tracked)) if track not in pairs]
-    free = [number for number in range(len(detections)) if number not in pairs.values()]
-    again = associate([tracked[track] for track in left], [detections[each] for each in free])
-    return pairs | {left[track]: free[number] for track, number in again.items()}
+    pairs = associate([*tracked, *lost], detections)
+    own = {track: number for track, number in pairs.items() if track < len(tracked)}
+    return associate(tracked, detections, own)
 
 
 def unexplained(
@@ -76,21 +73,19 @@ def explain(tracks: Sequence[Track], seen: Seen) -> list[Detection]:
         return []
     tracked = [track for track in tracks if track.state == TRACKED]
     sought = [track.sought_in(seen.stamp_ns) for track in tracked]
-    lost = [track.boxes_at(seen.stamp_ns) for track in tracks if track.state == LOST]
-    pairs = associate_beside(lost, sought, seen.people)
+    expected = {track: track.boxes_at(seen.stamp_ns) for track in tracks}
+    lost = [track for track in tracks if track.state == LOST]
+    pairs = associate_beside([expected[track] for track in lost], sought, seen.people)
     for number, track in enumerate(tracked):
         if number in pairs:
             track.see(seen.people[pairs[number]], seen.stamp_ns)
         elif track.body.height >= seen.least_height and not associate(
-            [track.boxes_at(seen.stamp_ns)], seen.people
+            [expected[track]], seen.people
         ):
             track.overlook()
     sure = [each for each in seen.people if each.score >= _FOUND_AGAIN]
-    for track in tracks:
-        if track.state == LOST and associate([track.boxes_at(seen.stamp_ns)], sure):
+    for track in lost:
+        if associate([expected[track]], sure):
             track.resume()
-    there = [
-        [*boxes, *track.boxes_at(seen.stamp_ns)]
-        for track, boxes in zip(tracked, sought, strict=True)
-    ]
+    there = [[*boxes, *expected[track]] for track, boxes in zip(tracked, sought, strict=True)]
     return unexplained(seen.people, pairs, there)
