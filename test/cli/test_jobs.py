@@ -67,17 +67,24 @@ def cluster() -> Iterator[Any]:
         made.close()
 
 
-def children() -> list[int]:
+def children() -> set[int]:
     """Return the numbers of the processes that multiprocessing has spawned here."""
     command = ['pgrep', '-P', str(os.getpid()), '-f', 'spawn_main']
-    return [int(each) for each in subprocess.run(command, capture_output=True).stdout.split()]
+    return {int(each) for each in subprocess.run(command, capture_output=True).stdout.split()}
 
 
-def when_begun(tmp_path: Path, act: Callable[[], object]) -> None:
-    """Do something once an output grows."""
+@pytest.fixture
+def workers() -> Callable[[], set[int]]:
+    """Return what gives the numbers of the workers that were started since, as by --jobs."""
+    there = children()
+    return lambda: children() - there
+
+
+def when_begun(tmp_path: Path, act: Callable[[], object], inputs: int = 1) -> None:
+    """Do something once the outputs of so many inputs grow."""
 
     def wait() -> None:
-        wait_until(lambda: list(tmp_path.glob('out/*.partial')))
+        wait_until(lambda: len(list(tmp_path.glob('out/*.partial'))) >= inputs)
         act()
 
     # Or it outlives a test that fails.
@@ -109,38 +116,47 @@ def test_outputs_and_codes_are_the_same_wherever_inputs_are_replayed(
 
 
 def test_of_a_killed_worker_it_is_told_and_the_same_command_continues(
-    two: list[str], tmp_path: Path, capfd
+    two: list[str], tmp_path: Path, workers: Callable[[], set[int]], capfd
 ) -> None:
-    command = [*two, '--count', '40']
-    when_begun(tmp_path, lambda: [os.kill(each, signal.SIGKILL) for each in children()])
-    assert main([*command, '--jobs', '2']) == 2
+    when_begun(tmp_path, lambda: [os.kill(each, signal.SIGKILL) for each in workers()])
+    assert main([*two, '--jobs', '2']) == 2
     said = capfd.readouterr().err
     assert 'a worker failed, the same command goes on (KilledWorker: ' in said
     assert 'Traceback' not in said
-    assert main(command) == 0
+    assert main([*two, '--count', '2']) == 0
     assert sorted(path.name for path in (tmp_path / 'out').iterdir()) == ['one', 'two']
 
 
-@pytest.mark.parametrize(('number', 'code'), [(signal.SIGKILL, -9), (signal.SIGINT, 130)])
-def test_workers_end_with_their_parent(
-    number: signal.Signals, code: int, two: list[str], tmp_path: Path
-) -> None:
+def test_workers_end_with_a_parent_that_is_killed(two: list[str], tmp_path: Path) -> None:
     process = subprocess.Popen(
         [sys.executable, '-m', 'gait_segmentation.cli.replay', *two, '--jobs', '2'],
         cwd=ROOT,
         stderr=subprocess.PIPE,
         text=True,
-        start_new_session=True,
     )
     wait_until(lambda: list(tmp_path.glob('out/*.partial')) or process.poll() is not None)
-    # As a terminal does, to all of them; but a kill only to the one.
-    (os.kill if number == signal.SIGKILL else os.killpg)(process.pid, number)
+    process.kill()
     # Until all have closed it.
     _, said = process.communicate(timeout=TIMEOUT_S)
-    assert process.returncode == code
+    assert process.returncode == -signal.SIGKILL
     assert 'Traceback' not in said
-    if number == signal.SIGINT:
-        assert f'{two[0]}: interrupted' in said
+
+
+def test_ctrl_c_ends_the_workers(
+    two: list[str], tmp_path: Path, workers: Callable[[], set[int]], capfd
+) -> None:
+    # As a terminal does, to all of them.
+    when_begun(
+        tmp_path,
+        lambda: [os.kill(each, signal.SIGINT) for each in (*workers(), os.getpid())],
+        inputs=2,
+    )
+    assert main([*two, '--jobs', '2']) == 130
+    said = capfd.readouterr().err
+    assert all(f'{each}: interrupted' in said for each in two[:2])
+    assert 'Traceback' not in said
+    wait_until(lambda: not workers())
+    assert not workers()
 
 
 def test_ctrl_c_breaks_off_what_a_cluster_does(
