@@ -28,7 +28,7 @@ from gait_tools.gait_model import BankSpec, build_bank
 from test.walkers import box_of, clip, couple, sunlit
 
 NOT_OF_A_STAGE = ('cli', 'nodes', 'ros')
-FRAMES = 14
+FRAMES = 10
 
 Play = tuple[list[NDArray[np.uint8]], list[Box]]
 
@@ -112,7 +112,7 @@ def sunny() -> Play:
 def test_nothing_is_compiled_or_loaded_while_people_walk(kernels: dict[str, Dispatcher]) -> None:
     config = PipelineConfig(people=PeopleConfig(max_people=2))
     # Of two builds, between which is chosen.
-    bank = build_bank(BankSpec(azimuths=8, phases=12, builds='average,dress'))
+    bank = build_bank(BankSpec(azimuths=4, phases=8, builds='average,dress'))
     compile_kernels()
     before = {name: set(kernel.signatures) for name, kernel in kernels.items()}
     paper = PipelineConfig(
