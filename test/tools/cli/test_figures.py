@@ -33,12 +33,13 @@ def test_the_example_is_drawn(tmp_path, monkeypatch, capsys):
     assert float(row[10]) < float(row[5])
 
 
-def test_of_a_clip_without_truth_there_is_no_table(tmp_path, capsys):
+def test_of_a_clip_without_truth_there_is_no_table_with_the_preset_either(tmp_path, capsys):
     (tmp_path / 'frames').mkdir()
-    for number in range(3):
+    for number in range(2):
         shutil.copy(ROOT / f'examples/walker/frames/{number:04d}.jpg', tmp_path / 'frames')
     out = tmp_path / 'out'
     box = ['--box', '26', '41', '43', '110']
-    assert main([str(tmp_path / 'frames'), *box, '--out', str(out)]) == 0
+    more = ['--preset', 'paper', '--out', str(out)]
+    assert main([str(tmp_path / 'frames'), *box, *more]) == 0
     assert sorted(path.name for path in out.iterdir()) == sorted(FILES)
     assert 'no table of errors: the clip has no masks' in capsys.readouterr().out
