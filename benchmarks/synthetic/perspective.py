@@ -104,7 +104,8 @@ def film(
         cos, sin = math.cos(yaw), math.sin(yaw)
         turn = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
         foot = np.array([x, y, 0.0])
-        points = (STATURE * surface @ turn.T + foot - pose.position) @ pose.rotation
+        corners = STATURE * surface.reshape(-1, 3) @ turn.T + foot
+        points = ((corners - pose.position) @ pose.rotation).reshape(surface.shape)
         depth, label = _draw(points, parts, shape, *focal, *centre)
         seen = label >= 0
         image = np.zeros((0, 0, 3), np.uint8)
