@@ -4,14 +4,12 @@
 
 from __future__ import annotations
 
-import math
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import body_rows
-from gait_segmentation.geometry import REACH
+from gait_segmentation.geometry import REACH, Box
 from gait_segmentation.images import bounding_box, placed
 from gait_segmentation.scene.scene import Shift
 from gait_segmentation.tracking.likelihood import likelihood_image, place_shown
@@ -100,29 +98,34 @@ def _shows(
 
 def _search(track: Track, last: Silhouette, taken: NDArray[np.uint8]) -> Shift | None:
     """
-    Look for the last silhouette of all of a person all over the newest frame.
+    Look for the last silhouette of all of a person in the newest frame, within their reach.
 
     :returns: how far from the expected place the person seems to be, in pixels, if anywhere.
     """
     pose, view = track.pose, track.view
+    (full, then), now = last, track.displacement
+    if not full.any():
+        return None
+    body = Box(*bounding_box(full))
+    there = body.shifted(now[0] - then[0], now[1] - then[1])
+    margin = (track.reach + REACH) * pose.height
+    rows, columns = there.padded(margin, margin).slices(view.shape[1], view.shape[0])
     step = max(1, round(pose.height / _SEARCH_HEIGHT))
-    every = slice(None, None, step), slice(None, None, step)
-    lab = view.now.image.lab_part(every)
-    shape, height = (lab.shape[0], lab.shape[1]), pose.height / step
-    rows = body_rows(shape, (0, 0), (pose.center_x / step, pose.center_y / step), height)
-    logit = track.log_ratio(lab, rows, every)
+    every = slice(rows.start, rows.stop, step), slice(columns.start, columns.stop, step)
+    lab, height = view.now.image.lab_part(every), pose.height / step
+    if not lab.size:
+        return None
+    shape, (left, top) = (lab.shape[0], lab.shape[1]), (columns.start, rows.start)
+    center = (pose.center_x - left) / step, (pose.center_y - top) / step
+    logit = track.log_ratio(lab, body_rows(shape, (0, 0), center, height), every)
     likelihood = likelihood_image(logit, (slice(None), slice(None)), shape)
     likelihood[taken[every] > 0] = 0
-    full, then = last
-    left, top, across, down = bounding_box(full)
-    mask = np.ascontiguousarray(full[top : top + down : step, left : left + across : step])
-    x = (left + track.displacement[0] - then[0] + across / 2) / step
-    y = (top + track.displacement[1] - then[1] + down / 2) / step
-    found = find_silhouette(likelihood, mask, (x, y), height)
+    mask = np.ascontiguousarray(full[body.slices(*full.shape[::-1])][::step, ::step])
+    x, y = (there.center_x - left) / step, (there.center_y - top) / step
+    found = find_silhouette(likelihood, mask, (x, y), height, track.reach)
     if found is None or found[2] < _FOUND_SHARE:
         return None
-    dx, dy = step * (found[0] - x), step * (found[1] - y)
-    return (dx, dy) if math.hypot(dx, dy) <= track.reach * pose.height else None
+    return step * (found[0] - x), step * (found[1] - y)
 
 
 def find_silhouette(
@@ -130,6 +133,7 @@ def find_silhouette(
     mask: NDArray[np.uint8],
     place: tuple[float, float],
     height: float,
+    reach: float,
 ) -> tuple[float, float, float] | None:
     """
     Find where a silhouette fits a likelihood best.
@@ -138,6 +142,7 @@ def find_silhouette(
     :param mask: (H, W) uint8, the silhouette as it was last, cut out.
     :param place: (x, y) where the middle of the cut-out is expected.
     :param height: of the body, in pixels.
+    :param reach: how far from there it may be, in body heights.
     :returns: (x, y) of the middle and the score: mean likelihood inside minus that in a ring
         about the silhouette (-1..1), less what the distance costs; None without a silhouette.
     """
@@ -156,5 +161,6 @@ def find_silhouette(
     away_x = np.abs(np.arange(score.shape[1], dtype=np.float32) + np.float32(off_x - place[0]))
     away_y = np.abs(np.arange(score.shape[0], dtype=np.float32) + np.float32(off_y - place[1]))
     score -= np.float32(FAR_COST / height) * (away_x[None, :] + away_y[:, None])
+    score[np.hypot(away_x[None, :], away_y[:, None]) > reach * height] = -np.inf
     row, column = divmod(int(score.argmax()), score.shape[1])
     return column + off_x, row + off_y, float(score[row, column])

@@ -364,8 +364,10 @@ class Track(ABC):
 
     def enter(self, state: str, reason: str) -> None:
         """Go over to a state; see :func:`.next_state`."""
+        if state != self.state:
+            self.lost_s = 0.0
         if state == LOST and self.state != LOST:
-            self._box, self.lost_s, self.found = None, 0.0, False
+            self._box, self.found = None, False
         self.state, self.reason = state, reason
         self.unseen_frames = self.unseen_frames if state == TRACKED else 0
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.tracking.reidentification import reacquire
+from gait_segmentation.tracking.state import Silhouette
 from test.tracking.figures import BLUE, GREEN, RED, STEP_NS, WIDTH, Figure, Told, picture, walk
 
 BOARD = (130, 190)
@@ -188,6 +189,12 @@ def test_who_is_lost_is_sought_as_far_as_they_can_be_but_not_among_others(
     assert (reacquire(track, None, None, others) is not None) == found
     expected = path[-1].x + (0.0 if found else away)
     assert track.pose.center_x / scale == pytest.approx(expected, abs=4)
+    reach = track.reach
+    track.enter('tracked', '')
+    assert track.reach < reach
+    # Of whom nothing could be drawn nothing is sought.
+    track.full = Silhouette(np.zeros_like(others), track.displacement)
+    assert reacquire(track, None, None, 0 * others) is None
 
 
 @pytest.mark.parametrize(

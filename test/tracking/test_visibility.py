@@ -66,6 +66,16 @@ def middle(figure: Figure) -> tuple[float, float]:
 @pytest.mark.parametrize(('x', 'start'), [((240,), 160), ((80, 230), 200), ((230, 80), 100)])
 def test_a_silhouette_is_found_where_it_is_and_of_two_the_nearer(x: tuple, start: int) -> None:
     both = np.max([Figure(each).mask() for each in x], axis=0)
-    found = find_silhouette(both, silhouette(), (start, 90), HEIGHT)
+    found = find_silhouette(both, silhouette(), (start, 90), HEIGHT, 2.0)
     assert found[:2] == pytest.approx(middle(Figure(x[-1])), abs=0.01)
     assert found[2] > 0.7
+
+
+def test_a_silhouette_out_of_reach_does_not_hide_a_fainter_one_within() -> None:
+    both = np.maximum(Figure(100).mask() // 2, Figure(240).mask())
+    best, near = (
+        find_silhouette(both, silhouette(), (100, 90), HEIGHT, reach) for reach in (3, 1)
+    )
+    assert best[:2] == pytest.approx(middle(Figure(240)), abs=0.01)
+    assert near[:2] == pytest.approx(middle(Figure(100)), abs=0.01)
+    assert find_silhouette(both, silhouette(), (-200, 90), HEIGHT, 1)[2] < 0
