@@ -2,7 +2,7 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """
-Make the weights that draw people, gait_segmentation/detector/person_masks.onnx.gz.
+Make the weights that draw people and tell whether they are some.
 
     pip download --no-deps --python-version 3.11 --platform manylinux_2_17_x86_64 \
         --only-binary :all: mediapipe==0.10.14
@@ -10,14 +10,18 @@ Make the weights that draw people, gait_segmentation/detector/person_masks.onnx.
     python tools/convert_masks.py mediapipe-0.10.14-cp311-*.whl
 
 reads the pose network "full" out of that wheel (a TensorFlow Lite graph, its weights in float16)
-and writes the part of it that draws people, for OpenCV's dnn, 4.6 and later, and for ONNX Runtime:
+and writes gait_segmentation/detector/person_masks.onnx.gz, the part of it that draws people, for
+OpenCV's dnn, 4.6 and later, and for ONNX Runtime:
 
-- Of what it gives, the mask is left; landmarks, their heat maps and the presence are not.
-- What goes in is 1 x 3 x 224 x 224, blue, green, red, 0..255; what comes out is 1 x 1 x 224 x 224,
-  the log-odds of the person.  It was made for a side of 256, which draws hardly better.
+- Of what it gives, mask and presence are left; landmarks and their heat maps are not.
+- What goes in is 1 x 3 x 224 x 224, blue, green, red, 0..255; what comes out is 1 x 50177, the
+  log-odds of the person, row by row, and last those that there is one.  Older OpenCV cannot be
+  asked for two outputs in an order.  It was made for a side of 256, which draws hardly better.
 - All values inside are a sixth of what they were, so that min(max(x, 0), 6) is a HardSigmoid:
   older OpenCV cannot read a Clip.
-- The last convolution is two, which together are faster.
+- The last convolution of the mask is two, which together are faster.
+- Of the presence's own convolutions the large ones have weights of 8 bits, which halves them; what
+  they start from is made a little larger, as halving 7 pixels is not what they are used to.
 
 The network has to have the SHA-256 below; with --keep it is written even if it has not.
 """
@@ -30,21 +34,22 @@ import numpy as np
 import onnx
 import tflite
 
-from convert_detector import HERE, TOP, Network, options, write
+from convert_detector import HERE, SMALL, TOP, Network, options, write
 
 TARGET = HERE.parent / 'gait_segmentation' / 'detector' / 'person_masks.onnx.gz'
 MEMBER = 'mediapipe/modules/pose_landmark/pose_landmark_full.tflite'
 SOURCE = 'e9a5c5cb17f736fafd4c2ec1da3b3d331d6edbe8a0d32395855aeb2cdfd64b9f'
 # Of the network, not of the gzip file about it.
-RESULT = '4af7fad6153215ea07ee29b57ecd60fe64f9c68353f20777ea1901c99fd1f4ed'
-OUTPUT = b'Identity_2'
-SIDE = 224
+RESULT = 'e27813b359b996c04fe0ba76f6af42f6384cb71723f2d0ee8f83e960a90ecdbf'
+MASK, PRESENCE = b'Identity_2', b'Identity_1'
+MADE_FOR, SIDE = 256, 224
 KINDS = {
     number: name
     for name, number in vars(tflite.BuiltinOperator).items()
     if isinstance(number, int)
 }
 RELU6 = 3
+LINEAR = {'mode': 'linear', 'coordinate_transformation_mode': 'half_pixel'}
 
 
 class Graph:
@@ -87,12 +92,25 @@ def convert(content: bytes) -> onnx.ModelProto:
     graph, network = Graph(content), Network()
     double = network.constant('double', np.float32([1, 1, 2, 2]))
     start = int(graph.body.InputsAsNumpy()[0])
-    end = next(
-        int(each)
-        for each in graph.body.OutputsAsNumpy()
-        if graph.body.Tensors(int(each)).Name() == OUTPUT
-    )
+    ends = {
+        graph.body.Tensors(int(each)).Name(): int(each) for each in graph.body.OutputsAsNumpy()
+    }
+    mask, presence = ends[MASK], ends[PRESENCE]
+    # Its log-odds are what the last convolution gives.
+    while graph.kind(graph.made_by[presence]) != 'CONV_2D':
+        presence = int(graph.made_by[presence].InputsAsNumpy()[0])
     names = {start: 'image'}
+
+    def even(number: int) -> str:
+        """Return what is made, if it cannot be halved as large as the network is used to."""
+        side = int(graph.body.Tensors(number).ShapeAsNumpy()[1])
+        if side * SIDE % (2 * MADE_FOR) == 0 or side < 8:
+            return made(number)
+        if (number, 'even') not in names:
+            gain = MADE_FOR / SIDE
+            scale = network.constant('larger', np.float32([1, 1, gain, gain]))
+            names[number, 'even'] = network.node('Resize', [made(number), '', scale], **LINEAR)
+        return names[number, 'even']
 
     def made(number: int) -> str:
         if number in names:
@@ -102,9 +120,12 @@ def convert(content: bytes) -> onnx.ModelProto:
         if kind == 'ADD':
             options = graph.options(operator, tflite.AddOptions)
             result = network.node('Add', [made(each) for each in inputs])
+        elif kind == 'MAX_POOL_2D':
+            options = graph.options(operator, tflite.Pool2DOptions)
+            sides = {'kernel_shape': [2, 2], 'strides': [2, 2]}
+            result = network.node('MaxPool', [even(inputs[0])], **sides)
         elif kind == 'RESIZE_BILINEAR':
-            how = {'mode': 'linear', 'coordinate_transformation_mode': 'half_pixel'}
-            names[number] = network.node('Resize', [made(inputs[0]), '', double], **how)
+            names[number] = network.node('Resize', [made(inputs[0]), '', double], **LINEAR)
             return names[number]
         elif kind in ('CONV_2D', 'DEPTHWISE_CONV_2D'):
             apart = kind != 'CONV_2D'
@@ -117,20 +138,25 @@ def convert(content: bytes) -> onnx.ModelProto:
             if before is not None and graph.kind(before) == 'PAD':
                 inputs[0], *rest = (int(each) for each in before.InputsAsNumpy())
                 pads = graph.constant(rest[0])[1:3].T.reshape(-1).tolist()
+            elif number == presence:
+                pads = [0] * 4
             if inputs[0] == start:
                 kernel = kernel[:, ::-1] / (255 * TOP)
-            elif number == end:
+            elif number in (mask, presence):
                 kernel = kernel * TOP
-            if number != end:
+            if number not in (mask, presence):
                 bias = bias / TOP
+            source = even(inputs[0]) if stride == 2 else made(inputs[0])
+            if number != mask:
+                exact = apart or mask not in names or kernel.size < SMALL
                 result = network.convolution(
-                    made(inputs[0]), kernel, bias, stride, apart, pads, exact=True
+                    source, kernel, bias, stride, apart, pads, exact=exact
                 )
             else:
                 # One channel takes the time of eight: each on its own, and their sum, are faster.
                 single, nothing = kernel.transpose((1, 0, 2, 3)), np.zeros(kernel.shape[1])
                 result = network.convolution(
-                    made(inputs[0]), single, np.float32(nothing), 1, True, pads, exact=True
+                    source, single, np.float32(nothing), 1, True, pads, exact=True
                 )
                 ones = np.ones((1, kernel.shape[1], 1, 1), np.float32)
                 result = network.convolution(result, ones, bias, 1, False, exact=True)
@@ -141,9 +167,10 @@ def convert(content: bytes) -> onnx.ModelProto:
         names[number] = result
         return result
 
-    made(end)
+    flat = [network.node('Flatten', [made(each)]) for each in (mask, presence)]
+    network.node('Concat', flat, axis=1)
     network.nodes[-1].output[0] = 'odds'
-    shape = [1, 3, SIDE, SIDE], [1, 1, SIDE, SIDE]
+    shape = [1, 3, SIDE, SIDE], [1, SIDE**2 + 1]
     return network.model('pose_landmark_full_mask', {'image': shape[0]}, {'odds': shape[1]})
 
 

@@ -36,12 +36,14 @@ class SoftMask:
 
     ``values`` is (n, n) uint8, 255 = certain; pixel (x, y) of the image lies at ``scale`` * (x, y)
     + ``offset`` in it.  Outside of ``limits``, in pixels of the image, it may be of others.
+    ``presence`` are the log-odds that somebody is in the middle of the square, 0 if not known.
     """
 
     values: NDArray[np.uint8]
     scale: float
     offset: tuple[float, float]
     limits: Box
+    presence: float = 0.0
 
     @cached_property
     def box(self) -> Box | None:

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import cv2
 
@@ -26,9 +25,6 @@ _LIKE_A_BODY = 0.1
 _SCORE = 0.3
 """Score of what has no such similarity: with .3 of it the shape of a body is clear."""
 
-_MOST_BY_MASK = 0.55
-"""Best score of what a network draws like a body: it does so with some dogs and cars."""
-
 _LEFT_HEIGHT, _LEFT_BESIDE = 0.75, 0.25
 """
 Of what may be left of somebody who leaves the image: its height over theirs, and how far beside
@@ -42,19 +38,6 @@ class MapRegions:
     def __init__(self, shapes: BodyShapes) -> None:
         self._shapes = shapes
         self._stamp_ns = 0
-
-    def rated(self, person: Detection) -> Detection:
-        """
-        Return a detection with a better score if its mask has the shape of a body.
-
-        That tells of small people, of whom detectors are never sure; of what is tall it does not.
-        """
-        if person.mask is None or (around := Box.around(person.mask.values > 127)) is None:
-            return person
-        side = len(person.mask.values)
-        region = cv2.inRange(person.mask.values[around.slices(side, side)], 128, 255)
-        score = min(self._shapes.likeness(normalised(region)) + _SCORE, _MOST_BY_MASK)
-        return replace(person, score=max(person.score, score))
 
     def detect(
         self,

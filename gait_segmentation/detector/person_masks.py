@@ -49,11 +49,12 @@ class PersonMasks:
         offset = _SQUARE_PX / 2 - scale * x, _SQUARE_PX / 2 - scale * y
         there = np.array([[scale, 0, offset[0]], [0, scale, offset[1]]])
         square = cv2.warpAffine(image, there, (_SQUARE_PX, _SQUARE_PX), flags=cv2.INTER_LINEAR)
-        odds = self._network(cv2.dnn.blobFromImage(square))[0]
+        result = self._network(cv2.dnn.blobFromImage(square))
+        odds, presence = result[:-1].reshape(square.shape[:2]), result[-1]
         values = np.rint(255 / (1 + np.exp(-np.clip(odds, -20, 20)))).astype(np.uint8)
         beyond = _DRAWN_BEYOND * box.height
         limits = box.padded(beyond, beyond)
-        return SoftMask(values, scale, offset, limits)
+        return SoftMask(values, scale, offset, limits, float(presence))
 
 
 def _whole(box: Box, height: int) -> Box:

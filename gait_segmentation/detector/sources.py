@@ -103,7 +103,3 @@ class Sources:
         if seen is None or seen.stamp_ns < max(stamp_ns - _LATEST_NS, since_ns):
             return Seen(stamp_ns, by_map=tuple(by_map), heat=heat)
         return Seen(seen.stamp_ns, seen.people, tuple(by_map), heat, seen.least_share * longest)
-
-    def rated(self, people: Sequence[Detection]) -> list[Detection]:
-        """Return detections with the score they have by their masks; :meth:`.MapRegions.rated`."""
-        return [self._regions.rated(each) for each in people]

@@ -5,15 +5,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from typing import Protocol
 
-from gait_segmentation.detector.detection import Detection, SoftMask
+from gait_segmentation.detector.detection import SoftMask
 from gait_segmentation.geometry import Box
+from gait_segmentation.tracking.tentative import Tentative
 from gait_segmentation.tracking.track import Track
-
-_DRAWN = 0.4
-"""Score from which a person who is not known yet is drawn."""
 
 
 class Draw(Protocol):
@@ -23,19 +20,26 @@ class Draw(Protocol):
         """Return the masks of the first of them."""
 
 
-def draw_new(draw: Draw, new: Sequence[Detection], *, late: bool) -> list[Detection]:
+def draw_new(
+    draw: Draw, found: Sequence[Tentative], stamp_ns: int, *, late: bool
+) -> list[Tentative]:
     """
-    Return people whom nobody tracks with their masks, as far as there is time.
+    Return tentative tracks that were just detected with their masks, as far as there is time.
 
-    :param new: the best first.
-    :param late: whether they were detected in an earlier frame.
+    :param stamp_ns: of the newest frame.
+    :param late: whether they were detected in an earlier one.
     """
-    masks = draw([each.box for each in new if each.score >= _DRAWN])
-    drawn = [
-        _found_again(draw, each, mask) if late else replace(each, mask=mask)
-        for each, mask in zip(new, masks, strict=False)
-    ]
-    return [*(each for each in drawn if each is not None), *new[len(masks) :]]
+    wanted: list[Tentative] = []
+    others: list[Tentative] = []
+    for each in sorted(found, key=lambda each: -each.existence.log_odds(stamp_ns)):
+        (wanted if each.is_to_be_drawn(stamp_ns) else others).append(each)
+    masks, drawn = draw([each.detection.box for each in wanted]), []
+    for each, mask in zip(wanted, masks, strict=False):
+        box, there = each.detection.box, _found_again(draw, mask) if late else mask
+        if there is not None:
+            box = (there.box or box) if late else box
+            drawn.append(each.drawn(box, there, stamp_ns))
+    return [*drawn, *wanted[len(masks) :], *others]
 
 
 def draw_known(draw: Draw, tracked: Iterable[Track], stamp_ns: int) -> None:
@@ -50,13 +54,13 @@ def draw_known(draw: Draw, tracked: Iterable[Track], stamp_ns: int) -> None:
         track.take_mask(mask, box)
 
 
-def _found_again(draw: Draw, person: Detection, mask: SoftMask) -> Detection | None:
+def _found_again(draw: Draw, mask: SoftMask) -> SoftMask | None:
     """
-    Return somebody who was detected in an earlier frame where they are now, if they are.
+    Return the mask of somebody who was detected in an earlier frame where they are now, if any.
 
-    A mask shows people though they have left the box by their own width, but no farther.
+    :param mask: in their box of then; it shows them though they have left that by their own width.
     """
     if (box := mask.box) is None:
         return None
     (mask,) = draw([box], always=True)
-    return replace(person, box=mask.box or box, mask=mask) if mask.fits(box) else None
+    return mask if mask.fits(box) else None

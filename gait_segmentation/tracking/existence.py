@@ -27,6 +27,13 @@ Scores of a detector, and what they say of somebody small and tall: of the latte
 have .7 and more, of the former .4 to .7, and of things that are no people .5 at most.
 """
 
+_PRESENCES = (-12.0, -6.0, -2.0, 0.0, 3.0)
+_PRESENT = (-6.0, -2.0, -0.5, 0.3, 2.5)
+"""
+Log-odds of a person in the square that a network draws, and what they say: those of people are
+above 1, of others mostly far below 0.
+"""
+
 _SMALL_SHARE, _TALL_SHARE = 0.14, 0.235
 """Heights up to which somebody is small, and from which tall, in longer sides of the image."""
 
@@ -51,6 +58,9 @@ _ASKED_NS = 300_000_000
 _LATEST = 5
 """Looks over which the mean is taken of what they say, at most."""
 
+_DRAWN = 8
+"""The same of drawings."""
+
 _MEMORY = 20
 """Looks that the share of those in which somebody was seen is taken over, at most."""
 
@@ -60,7 +70,8 @@ class Existence:
     """
     What speaks for a track to be a person, and against it.
 
-    ``said`` is the mean of what the last ``sightings`` of a detector say; of ``looks`` it had
+    ``said`` is the mean of what the last ``sightings`` of a detector say, and ``present`` that of
+    the last ``drawings`` of a network that draws them; of ``looks`` it had
     ``hits`` while they were known to be there, and ``missed`` the last.  ``found_ns`` is the stamp
     of the first frame, and ``moved_ns`` that of the last in which they moved, None if they never
     did.
@@ -70,6 +81,8 @@ class Existence:
     given: bool = False
     said: float = 0.0
     sightings: float = 0.0
+    present: float = 0.0
+    drawings: int = 0
     displaced: bool = False
     moved_ns: int | None = None
     unlike: bool = False
@@ -89,7 +102,8 @@ class Existence:
             return CERTAIN
         moved = self.displaced or self.moved_ns is not None
         rests = self.moved_ns is None and stamp_ns - self.found_ns >= _RESTS_NS
-        return self.said + _AGAIN * (self.sightings > 1) + _MOVED * moved + _RESTS * rests
+        seen = self.said + self.present
+        return seen + _AGAIN * (self.sightings > 1) + _MOVED * moved + _RESTS * rests
 
     @property
     def is_gone(self) -> bool:
@@ -119,6 +133,13 @@ class Existence:
             looks=fade * looks,
             missed=0,
             silence=0.0,
+        )
+
+    def drawn(self, presence: float) -> Existence:
+        """Return the existence after a network has drawn what is there; see ``SoftMask``."""
+        said, drawings = np.interp(presence, _PRESENCES, _PRESENT), min(self.drawings + 1, _DRAWN)
+        return replace(
+            self, present=self.present + (float(said) - self.present) / drawings, drawings=drawings
         )
 
     def seen_again(self) -> Existence:

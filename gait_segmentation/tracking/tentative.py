@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from gait_segmentation.detector.detection import Detection, associate
+from gait_segmentation.detector.detection import Detection, SoftMask, associate
 from gait_segmentation.geometry import Box
 from gait_segmentation.tracking.existence import Existence
 from gait_segmentation.tracking.track import Track
@@ -25,6 +25,9 @@ _UNLIKELY = -3.0
 _COMPARED_NS = 500_000_000
 """Time after which somebody may look otherwise."""
 
+_DRAWN = 0.4
+"""Score from which somebody is drawn: below, boxes are often of a part."""
+
 _DISPLACED, _GONE_ON = 0.1, 0.25
 """How far somebody has come who may be no thing, and who is none, in heights of their box."""
 
@@ -36,7 +39,7 @@ class Tentative:
 
     ``detection`` is the last one, of the frame of ``stamp_ns``, and ``origin`` the box of the
     first.  What was tracked and is ``rejected``, as it did not move, is remembered for longer.
-    At ``compared_ns`` they were last compared with those who are lost.
+    At ``drawn_ns`` they were last drawn, and at ``compared_ns`` compared with those who are lost.
     """
 
     detection: Detection
@@ -44,6 +47,7 @@ class Tentative:
     origin: Box
     existence: Existence
     rejected: bool = False
+    drawn_ns: int = 0
     compared_ns: int = 0
 
     @classmethod
@@ -71,6 +75,17 @@ class Tentative:
     def may_be(self, stamp_ns: int) -> bool:
         """Return whether it may soon be known to be a person."""
         return not self.rejected and self.existence.log_odds(stamp_ns) > _UNLIKELY
+
+    def is_to_be_drawn(self, stamp_ns: int) -> bool:
+        """Return whether a mask may tell whether it is a person."""
+        seen = self.detection.score >= _DRAWN and not self.detection.by_map
+        return seen and (self.may_be(stamp_ns) or stamp_ns - self.drawn_ns >= _COMPARED_NS)
+
+    def drawn(self, box: Box, mask: SoftMask, stamp_ns: int) -> Tentative:
+        """Take in a mask of who was detected last, and the box in the frame of that."""
+        detection = replace(self.detection, box=box, mask=mask)
+        existence = self.existence.drawn(mask.presence)
+        return replace(self, detection=detection, existence=existence, drawn_ns=stamp_ns)
 
     def was_compared(self, stamp_ns: int) -> bool:
         """Return whether they were compared of late with those who are lost."""

@@ -4,13 +4,11 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.detector.map_regions import MapRegions
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.starting.shapes import BodyShapes
-from gait_segmentation.tracking.existence import Existence
 from test.walkers import body
 
 SOURCE = (240, 320)
@@ -99,21 +97,3 @@ LEAVING = Box(-30, 20, 60, 160)
 def test_nobody_is_what_is_left_of_somebody_who_leaves(tracked, lost, found):
     shown = heat(0, (12, 20, body((20, 45))))
     assert bool(sure(shown, SOURCE, 20, tracked, lost)) == found
-
-
-def test_what_is_drawn_like_a_body_is_as_sure_as_a_small_person_may_be():
-    def drawn(region, score):
-        values = np.zeros((256, 256), np.uint8)
-        values[40 : 40 + region.shape[0], 60 : 60 + region.shape[1]] = region
-        box = Box(60, 40, *region.shape[::-1])
-        return Detection(box, score, SoftMask(values, 1.0, (0.0, 0.0), box))
-
-    regions, square = MapRegions(SHAPES), np.full((30, 150), 255, np.uint8)
-    person = body((60, 160)).astype(np.uint8)
-    better = regions.rated(drawn(person, 0.4)).score
-    assert Existence(1).seen(better, 0.1).log_odds(1) > 0
-    assert Existence(1).seen(better, 0.5).log_odds(1) < 0
-    assert regions.rated(drawn(person, 1.0)).score == 1.0
-    assert Existence(1).seen(regions.rated(drawn(square, 0.4)).score, 0.1).log_odds(1) < 0
-    assert regions.rated(drawn(0 * square, 0.4)).score == 0.4
-    assert regions.rated(Detection(Box(1, 1, 2, 3), 0.4)).score == 0.4

@@ -8,13 +8,13 @@ from gait_segmentation.detector.person_masks import PersonMasks
 from gait_segmentation.geometry import Box
 from test.networks import WOMAN, demo_picture
 
-SIZE = 300
+SIZE, PRESENCE = 300, 3.5
 
 
 def red(blob):
     """A network that takes for a person what is red."""
     assert blob.shape == (1, 3, 224, 224)
-    return 8 * (blob[0, 2:] - 127.5)
+    return np.append(8 * (blob[0, 2] - 127.5), PRESENCE)
 
 
 @pytest.fixture
@@ -59,6 +59,7 @@ def test_a_mask_fits_a_box_that_is_a_little_off_and_has_a_better_one(drawer):
     box, off = Box(60, 60, 40, 120), Box(66, 63, 40, 120)
     mask = drawer.draw(scene(box), off)
     assert mask.fits(off)
+    assert mask.presence == PRESENCE
     assert mask.box.iou(box) == pytest.approx(1, abs=0.1)
     # Not if there is hardly anything in it, or something else.
     assert not drawer.draw(scene(), off).fits(off)
@@ -70,3 +71,10 @@ def test_the_network_draws_a_person_and_nothing_else():
     found = mask.drawn((slice(0, 212), slice(0, 560)), 1.0, (0.0, 0.0)) > 127
     assert Box.around(found).iou(WOMAN) > 0.7
     assert 0.2 < found.sum() / (WOMAN.width * WOMAN.height) < 0.7
+
+
+def test_the_network_tells_a_person_from_what_is_beside_her():
+    masks, image = PersonMasks(), demo_picture()
+    beside = [WOMAN.shifted(-each, 0) for each in (100, 200, 300)]
+    assert masks.draw(image, WOMAN).presence > 0
+    assert max(masks.draw(image, each).presence for each in beside) < -4

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from gait_segmentation.detector.detection import Detection
+from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.geometry import Box
 from gait_segmentation.tracking.tentative import Tentative, follow
 
@@ -55,3 +56,24 @@ def test_who_was_compared_is_compared_again_after_a_while() -> None:
     assert not each.was_compared(S)
     compared = replace(each, compared_ns=S)
     assert [compared.was_compared(S + s * S // 4) for s in (1, 3)] == [True, False]
+
+
+def drawn(each: Tentative, presence: float) -> Tentative:
+    return each.drawn(BOX, SoftMask(np.zeros((2, 2), np.uint8), 1.0, (0, 0), BOX, presence), S)
+
+
+@pytest.mark.parametrize(
+    ('score', 'by_map', 'is_drawn'), [(0.5, False, True), (0.3, False, False), (0.5, True, False)]
+)
+def test_who_is_seen_by_more_than_a_part_is_drawn_if_no_map_shows_them(score, by_map, is_drawn):
+    (each,), _ = follow([], [Detection(BOX, score, by_map=by_map)], S, 320)
+    assert each.is_to_be_drawn(S) == is_drawn
+
+
+def test_what_is_hardly_a_person_is_drawn_more_rarely() -> None:
+    (each,), _ = follow([], seen(BOX), S, 320)
+    person, thing = drawn(each, 5.0), drawn(each, -20.0)
+    assert thing.existence.log_odds(S) < -5 < each.existence.log_odds(S)
+    assert each.existence.log_odds(S) < 0 < person.existence.log_odds(S)
+    assert [person.is_to_be_drawn(S + s * S // 4) for s in (1, 3)] == [True, True]
+    assert [thing.is_to_be_drawn(S + s * S // 4) for s in (1, 3)] == [False, True]
