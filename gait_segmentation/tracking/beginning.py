@@ -71,7 +71,9 @@ class Beginner:
         """
         left: list[Tentative | None] = []
         for each in sorted(found, key=lambda tentative: -tentative.detection.box.height):
-            begun = [track for track in people.tracks if track.states[0].frame is track.view.now]
+            begun = [
+                track for track in people.tracks if track.history.states[0].frame is track.view.now
+            ]
             if all(track.body.common_share(each.detection.box) <= PART for track in begun):
                 left.append(self._begin_one(scene, people, each, given=given))
         people.wait(each for each in left if each is not None)

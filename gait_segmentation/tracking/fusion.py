@@ -127,13 +127,15 @@ class FusionTrack(Track):
         body, area = expected if template is None else template, self._usual_area
         # Each cue sees what those before it have added to the ratio.
         drawn = self._drawn_of_late()
-        given = CueInput(view, self.states, pose, window, body, logit, seen, area, config, drawn)
+        given = CueInput(
+            view, self.history.states, pose, window, body, logit, seen, area, config, drawn
+        )
         for cue in self.cues:
             evidence = cue.evidence(given)
             if evidence is not None:
                 logit += evidence.logit
                 if evidence.values is not None:
-                    self.states[-1].notes[type(cue).__name__] = window, evidence.values
+                    self.history.states[-1].notes[type(cue).__name__] = window, evidence.values
         # Those who are not published are taken to be hidden by others: no mask is cut for them.
         vague = self.slot is None and not self._outlined
         hidden = not seen or self.slot is None
@@ -151,7 +153,7 @@ class FusionTrack(Track):
     def see(self, detection: Detection, stamp_ns: int) -> None:
         """Take in where a detector saw the person."""
         super().see(detection, stamp_ns)
-        self._see_in(detection.box, self.place_at(stamp_ns))
+        self._see_in(detection.box, self.history.place_at(stamp_ns))
 
     def _see_in(self, box: Box, place: Place) -> None:
         if self.config.use_sightings:
@@ -160,7 +162,7 @@ class FusionTrack(Track):
     def take_mask(self, mask: SoftMask, box: Box) -> None:
         """Take in what a network has drawn of the person; see the base class."""
         super().take_mask(mask, box)
-        now = self.states[-1]
+        now = self.history.states[-1]
         self._drawn, self._outlined = (mask, now), True
         if self.sighting.newest != now.place:
             self._see_in(mask.box if mask.box and mask.fits(box) else box, now.place)
@@ -178,7 +180,7 @@ class FusionTrack(Track):
 
     def sought_in(self, stamp_ns: int) -> tuple[Box, ...]:
         """Return where a detector may see them: where it did last, if it did of late."""
-        box = self.sighting.box_in(self.place_at(stamp_ns))
+        box = self.sighting.box_in(self.history.place_at(stamp_ns))
         return self.boxes_at(stamp_ns) if box is None else (box.scaled(1 / self.view.scale),)
 
     def observe(

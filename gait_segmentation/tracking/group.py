@@ -107,7 +107,7 @@ def correct(
     people = np.zeros(view.shape, np.uint8)
     around: list[Window] = []
     for track in tracks:
-        state, learnt = track.state_in(frame), None
+        state, learnt = track.history.state_in(frame), None
         if state is not None:
             alone = not any(track.is_near(other) for other in tracks if other is not track)
             learnt = track.correct(state, by_track.get(track.track_id), alone=alone)

@@ -85,7 +85,7 @@ class People:
     @property
     def known_since_ns(self) -> int:
         """Return the stamp from which on it is known where everybody was, 0 = all the time."""
-        return max((track.known_since_ns for track in self.tracks), default=0)
+        return max((track.history.known_since_ns for track in self.tracks), default=0)
 
     @property
     def views(self) -> list[View]:

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -11,7 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.images import Window, shifted_part
-from gait_segmentation.scene.scene import Frame, Shift
+from gait_segmentation.scene.scene import MOST_KEPT, Frame, Shift
+
+_MOST_PLACES = 64
+"""Frames of which it is known where somebody was, when a look at one of them comes."""
 
 
 class Place(NamedTuple):
@@ -38,6 +42,48 @@ class State:
     def place(self) -> Place:
         """Return where the body was then."""
         return Place(self.frame.image.stamp_ns, self.displacement)
+
+
+class History:
+    """
+    How a track went: its ``states`` in the frames that are kept, the newest last, and its places.
+
+    Of places more are known than of states: a look may come later than a mask.
+    """
+
+    def __init__(self, frame: Frame) -> None:
+        """Begin in a frame."""
+        self.states = deque([State(frame, (0.0, 0.0))], maxlen=MOST_KEPT)
+        self._places = deque[Place](maxlen=_MOST_PLACES)
+
+    def enter(self, frame: Frame) -> None:
+        """Go on into the next frame, in the same place."""
+        self._places.append(self.states[-1].place)
+        self.states.append(State(frame, self.displacement))
+
+    def shift(self, dx: float, dy: float) -> None:
+        """Move the body in the newest frame."""
+        x, y = self.displacement
+        self.states[-1].displacement = (x + dx, y + dy)
+
+    @property
+    def displacement(self) -> Shift:
+        """Return how far the body went since the track began, in pixels."""
+        return self.states[-1].displacement
+
+    @property
+    def known_since_ns(self) -> int:
+        """Return the stamp from which on it is known where they were, 0 = all the time."""
+        return self._places[0].stamp_ns if len(self._places) == _MOST_PLACES else 0
+
+    def place_at(self, stamp_ns: int) -> Place:
+        """Return where the body was in the known frame nearest to a stamp."""
+        places = (*self._places, self.states[-1].place)
+        return min(places, key=lambda each: abs(each.stamp_ns - stamp_ns))
+
+    def state_in(self, frame: Frame) -> State | None:
+        """Return the state in a frame, None if there is none."""
+        return next((each for each in self.states if each.frame is frame), None)
 
 
 class Silhouette(NamedTuple):

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections import deque
 from collections.abc import Sequence
 
 import cv2
@@ -17,13 +16,13 @@ from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.geometry import REACH, Box, body_window
 from gait_segmentation.images import Window, distance_from, overlap, placed, size_of, within
 from gait_segmentation.results import LOST, TRACKED, FeatureWeight, Feedback, TrackResult
-from gait_segmentation.scene.scene import MOST_KEPT, Frame, Shift, View
+from gait_segmentation.scene.scene import Frame, Shift, View
 from gait_segmentation.starting import FirstMask
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.existence import Existence
 from gait_segmentation.tracking.pixels import PixelClaim
 from gait_segmentation.tracking.pose import Pose
-from gait_segmentation.tracking.state import Place, Silhouette, State
+from gait_segmentation.tracking.state import History, Silhouette, State
 from gait_segmentation.tracking.visibility import ALONE, GUARD, LEAST_SEEN, Visibility, visible_box
 
 _COAST_S, _STOP_S, _MOST_LOST_S = 1.0, 0.5, 1.0
@@ -37,9 +36,6 @@ _OFF, _FASTEST = 0.5, 6.0
 How far from where they are expected who is lost may be at first, and how much farther after each
 second, in body heights.
 """
-
-_MOST_PLACES = 64
-"""Frames of which it is known where somebody was, when a look at one of them comes."""
 
 OWN_MASK = 'own'
 """Name of the note of what is likely theirs of whom no mask is cut."""
@@ -58,12 +54,12 @@ class Track(ABC):
     """
     One tracked person in a view of the scene.
 
-    ``pose`` is that in the newest frame, and ``states`` has one entry for each frame that is
-    kept.  ``state`` is tracked or lost, with the ``reason``, as :func:`.next_state` says, and
-    ``slot`` the number of the slot in which they are published, None if they are not.
-    ``existence`` says whether they are a person.
-    ``seen`` is the share of the person seen last, too little for ``unseen_frames``, ``lost_s`` the
-    seconds since a lost person was seen, and ``found`` whether they are in the newest frame.
+    ``pose`` is that in the newest frame, and ``history`` how they came there.  ``state`` is
+    tracked or lost, with the ``reason``, as :func:`.next_state` says, and ``slot`` the number of
+    the slot in which they are published, None if they are not.  ``existence`` says whether they
+    are a person.  ``seen`` is the share of the person seen last, too little for
+    ``unseen_frames``, ``lost_s`` the seconds since a lost person was seen, and ``found`` whether
+    they are in the newest frame.
     """
 
     features: tuple[FeatureWeight, ...] = ()
@@ -92,8 +88,7 @@ class Track(ABC):
         self.slot, self._by_map, self._outlined = slot, by_map, outlined
         self.state, self.reason, self.confidence = TRACKED, '', 0.0
         self.existence = existence or Existence(view.now.image.stamp_ns, given=True)
-        self.states = deque([State(view.now, (0.0, 0.0))], maxlen=MOST_KEPT)
-        self._places = deque[Place](maxlen=_MOST_PLACES)
+        self.history = History(view.now)
         self.seen, self.unoccluded = 1.0, True
         self.lost_s, self.unseen_frames, self.found = 0.0, 0, False
         self._box: Box | None = None
@@ -102,7 +97,7 @@ class Track(ABC):
     @property
     def displacement(self) -> Shift:
         """Return how far the body went since the track began, in pixels."""
-        return self.states[-1].displacement
+        return self.history.displacement
 
     @property
     def box(self) -> Box:
@@ -116,7 +111,7 @@ class Track(ABC):
 
     def boxes_at(self, stamp_ns: int) -> tuple[Box, Box]:
         """Return the boxes of the body and of what can be seen in the frame nearest to a stamp."""
-        (x, y), (now_x, now_y) = self.place_at(stamp_ns).displacement, self.displacement
+        (x, y), (now_x, now_y) = self.history.place_at(stamp_ns).displacement, self.displacement
         dx, dy = (x - now_x) / self.view.scale, (y - now_y) / self.view.scale
         return self.body.shifted(dx, dy), self.box.shifted(dx, dy)
 
@@ -231,7 +226,7 @@ class Track(ABC):
         near = distance_from(self.expected_mask() > 127) < GUARD * self.pose.height
         likely = likelihood[self.window] > 127
         mask = np.where(near & likely, np.uint8(255), np.uint8(0))
-        self.states[-1].notes[OWN_MASK] = self.window, mask
+        self.history.states[-1].notes[OWN_MASK] = self.window, mask
 
     def _meets(self, other: Track) -> bool:
         """Return whether they are expected where another one is."""
@@ -249,7 +244,7 @@ class Track(ABC):
 
     def own_feedback(self, stamp_ns: int) -> Feedback | None:
         """Return what was kept of a frame without a mask, in working pixels, if anything was."""
-        for state in self.states:
+        for state in self.history.states:
             noted = state.notes.get(OWN_MASK)
             if noted is not None and state.frame.image.stamp_ns == stamp_ns:
                 mask = placed(noted[1], noted[0], self.view.shape)
@@ -271,20 +266,6 @@ class Track(ABC):
         """
         return None
 
-    @property
-    def known_since_ns(self) -> int:
-        """Return the stamp from which on it is known where they were, 0 = all the time."""
-        return self._places[0].stamp_ns if len(self._places) == _MOST_PLACES else 0
-
-    def place_at(self, stamp_ns: int) -> Place:
-        """Return where the body was in the known frame nearest to a stamp."""
-        places = (*self._places, self.states[-1].place)
-        return min(places, key=lambda each: abs(each.stamp_ns - stamp_ns))
-
-    def state_in(self, frame: Frame) -> State | None:
-        """Return the state in a frame, None if there is none."""
-        return next((each for each in self.states if each.frame is frame), None)
-
     def configure(self, config: TrackingConfig) -> None:
         """Go on with another configuration."""
         self.config = config
@@ -300,8 +281,7 @@ class Track(ABC):
     def shift(self, dx: float, dy: float) -> None:
         """Move the body in the newest frame."""
         self.pose = self.pose.shifted(dx, dy)
-        x, y = self.displacement
-        self.states[-1].displacement = (x + dx, y + dy)
+        self.history.shift(dx, dy)
 
     def predict(self, body: NDArray[np.uint8] | None) -> None:
         """
@@ -326,8 +306,7 @@ class Track(ABC):
             shift = world[0] + step[0], world[1] + step[1]
         else:
             self.pose = pose.with_step(world, shift, seconds)
-        self._places.append(self.states[-1].place)
-        self.states.append(State(view.now, self.displacement))
+        self.history.enter(view.now)
         self.shift(*shift)
         # A velocity that was measured wrongly leads anywhere; who is lost waits at the border.
         self.shift(*self.pose.outside_by(view.shape))

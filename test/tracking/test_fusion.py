@@ -79,7 +79,7 @@ def test_a_part_of_somebody_who_is_not_alone_tells_nothing_of_the_background(alo
     half = Figure(60).mask()
     half[:, 60:] = 0
     feedback = Feedback(told.stamp_ns, track.track_id, half, None, Figure(60).mask())
-    taught = track.correct(track.states[-1], feedback, alone=alone)
+    taught = track.correct(track.history.states[-1], feedback, alone=alone)
     assert (taught is not None) == alone
 
 
@@ -118,7 +118,7 @@ def test_a_mask_of_who_was_lost_meanwhile_teaches_nothing() -> None:
     mask = Figure(60).mask()
     track.enter('lost', 'as the test says')
     feedback = Feedback(told.stamp_ns, track.track_id, mask, None, mask)
-    assert track.correct(track.states[-1], feedback, alone=True) is None
+    assert track.correct(track.history.states[-1], feedback, alone=True) is None
     assert track.template is None
 
 
