@@ -6,15 +6,13 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.geometry import REACH, Box, body_window
-from gait_segmentation.images import Window, distance_from, overlap, placed, size_of, within
+from gait_segmentation.images import Window, size_of
 from gait_segmentation.results import LOST, TRACKED, FeatureWeight, Feedback, TrackResult
 from gait_segmentation.scene.scene import Frame, Shift, View
 from gait_segmentation.starting import FirstMask
@@ -23,7 +21,7 @@ from gait_segmentation.tracking.existence import Existence
 from gait_segmentation.tracking.pixels import PixelClaim
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.state import History, Silhouette, State
-from gait_segmentation.tracking.visibility import ALONE, GUARD, LEAST_SEEN, Visibility, visible_box
+from gait_segmentation.tracking.visibility import ALONE, LEAST_SEEN, Visibility, visible_box
 
 _COAST_S, _STOP_S, _MOST_LOST_S = 1.0, 0.5, 1.0
 """
@@ -37,14 +35,8 @@ How far from where they are expected who is lost may be at first, and how much f
 second, in body heights.
 """
 
-OWN_MASK = 'own'
-"""Name of the note of what is likely theirs of whom no mask is cut."""
-
 _SHOWN_SHARE = 0.5
 """Share of a person from which a map shows them."""
-
-_COMMON = 0.1
-"""Share of somebody from which they meet another one."""
 
 WHOLE = 0.75
 """Share of a person from which all of them is seen, and so followed."""
@@ -212,44 +204,14 @@ class Track(ABC):
         """Give a slot to somebody who was followed without one, or take it from them: None."""
         self.slot, self._by_map = slot, False
 
-    def keep_own(self, likelihood: NDArray[np.uint8], others: Sequence[Track]) -> None:
-        """
-        Keep what is likely theirs as the mask of the newest frame, if nobody is met.
-
-        :param likelihood: (h, w) uint8 of the view.
-        :param others: in the view, of whom masks are cut.
-        """
+    def see_map(self) -> None:
+        """Take in whether a heat map that has just come shows them, if it has to."""
         if self._by_map and self.view.heat is not None and not self.view.heat.frames:
             (self.resume if self.is_shown else self.overlook)()
-        if self.state == LOST or self.is_outside or any(self._meets(each) for each in others):
-            return
-        near = distance_from(self.expected_mask() > 127) < GUARD * self.pose.height
-        likely = likelihood[self.window] > 127
-        mask = np.where(near & likely, np.uint8(255), np.uint8(0))
-        self.history.states[-1].notes[OWN_MASK] = self.window, mask
-
-    def _meets(self, other: Track) -> bool:
-        """Return whether they are expected where another one is."""
-        window, expected = self.window, self.expected_mask()
-        shared = overlap(other.window, window)
-        if shared is None:
-            return False
-        theirs = other.expected_mask()[within(shared, other.window)]
-        both = cv2.bitwise_and(expected[within(shared, window)], theirs)
-        return cv2.countNonZero(both) > _COMMON * cv2.countNonZero(expected)
 
     def sought_in(self, stamp_ns: int) -> tuple[Box, ...]:
         """Return where a detector may see them in the frame of a stamp, in source pixels."""
         return self.boxes_at(stamp_ns)
-
-    def own_feedback(self, stamp_ns: int) -> Feedback | None:
-        """Return what was kept of a frame without a mask, in working pixels, if anything was."""
-        for state in self.history.states:
-            noted = state.notes.get(OWN_MASK)
-            if noted is not None and state.frame.image.stamp_ns == stamp_ns:
-                mask = placed(noted[1], noted[0], self.view.shape)
-                return Feedback(stamp_ns, self.track_id, mask, None, mask)
-        return None
 
     def fade(self, chroma: float) -> None:  # noqa: B027
         """Go on as if all that is known of the colours had the same a* and b*."""

@@ -32,6 +32,7 @@ from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.drawing import draw_known, draw_new
 from gait_segmentation.tracking.factory import TrackFactory
 from gait_segmentation.tracking.life_cycle import GAP_S
+from gait_segmentation.tracking.own_mask import keep_own, own_feedback
 from gait_segmentation.tracking.people import People
 from gait_segmentation.tracking.track import Track
 
@@ -213,7 +214,7 @@ class PeopleTracker:
             return
         stamp_ns = feedback[0].stamp_ns
         for track in people.tracks:
-            if (own := track.own_feedback(stamp_ns)) is not None:
+            if (own := own_feedback(track, stamp_ns)) is not None:
                 by_track[track.track_id] = own
         for view in people.views:
             group.correct(view, people.seen_in(view), stamp_ns, by_track, self.config)
@@ -300,7 +301,8 @@ class PeopleTracker:
         for track in people.tracks:
             if track.slot is None and track.track_id in likelihoods:
                 others = [each for each in people.published if each.view is track.view]
-                track.keep_own(likelihoods[track.track_id], others)
+                track.see_map()
+                keep_own(track, likelihoods[track.track_id], others)
         scene.keep(people.views)
         return likelihoods
 
