@@ -47,6 +47,7 @@ _SHADOW_FLOOR = 0.6  # darkest shadow, as a share of the background's lightness;
 _BROKEN = 0.5  # share of pixels that differ at which the place is not the one learnt
 _LEAST_AREA = 10  # pixels of a part of a body
 _MOST_PARTS = 32  # of all bodies, the largest ones
+_MOVING_SHARE = 0.1  # of a person's box, in which they move
 # Share of the narrower part's width that two parts above each other must have in common, and most
 # that they may be apart, in heights of both together.
 _WIDTH_SHARED = 0.4
@@ -74,7 +75,7 @@ class PlaceMemory:
 
     def _forget(self) -> None:
         self._view.clear()
-        self._evidence = np.zeros(self._view.shape, np.uint8)
+        self._evidence = self._bodies = np.zeros(self._view.shape, np.uint8)
         self._weather = self._begun = 0.0
 
     def close(self) -> None:
@@ -86,6 +87,12 @@ class PlaceMemory:
     def known(self) -> WholeView | None:
         """Return the view of all of the scene, None if nothing is known of it."""
         return self._view if self._view.is_known else None
+
+    def moves(self, box: Box) -> bool:
+        """Return whether a box, in source pixels, shows somebody unknown who moves."""
+        height, width = self._view.shape
+        part = self._bodies[box.scaled(self._view.scale).slices(width, height)]
+        return cv2.countNonZero(part) > _MOVING_SHARE * part.size
 
     def is_old(self, stamp_ns: int) -> bool:
         """Return whether no frame was taken in for so long that the place may be another one."""
@@ -121,7 +128,8 @@ class PlaceMemory:
         lasting = self._lasting(evidence, step)
         if lasting is not None:
             evidence, moving = (cv2.bitwise_and(each, lasting) for each in (evidence, moving))
-        filled = moving_bodies(evidence, moving)
+        self._bodies = moving_bodies(evidence, moving)
+        filled = self._bodies.copy()
         for window in windows:
             filled[window] = 255
         self._scene.moving = filled

@@ -44,6 +44,10 @@ class Beginner:
             self._place = place = place or PlaceMemory(scene, fine=people.slots > 1)
             place.update([slim(track.body) for track in published if track.state == TRACKED])
 
+    def moves(self, box: Box) -> bool:
+        """Return whether a box, in source pixels, shows somebody new who moves."""
+        return self._place is not None and self._place.moves(box)
+
     def begin_given(
         self, scene: Scene, people: People, boxes: Sequence[Box], masks: Sequence[SoftMask]
     ) -> None:

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
 
@@ -206,20 +206,22 @@ class People:
         then_ns: int,
         by_map: Sequence[Detection],
         scene: Scene,
+        moves: Callable[[Box], bool],
     ) -> list[Tentative]:
         """
         Go on with tentative tracks by detections of nobody who is tracked.
 
         :param others: by a detector, in the frame of ``then_ns``.
         :param by_map: by a heat map, in the newest frame of the scene.
+        :param moves: whether somebody moves in a box, in source pixels.
         :returns: those who were detected, whom to :meth:`wait` for unless they begin.
         """
         longest = max(scene.source)
         known = [each for each in self.tentative if not each.is_over(scene.stamp_ns)]
         if any(view.now.motion.camera is not None for view in scene.views):
             known = [each for each in known if not each.rejected]
-        found, known = follow(known, others, then_ns, longest)
-        more, self.tentative = follow(known, by_map, scene.stamp_ns, longest)
+        found, known = follow(known, others, then_ns, longest, moves)
+        more, self.tentative = follow(known, by_map, scene.stamp_ns, longest, moves)
         return [*found, *more]
 
     def wait(self, others: Iterable[Tentative]) -> None:

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from gait_segmentation.detector.detection import Detection, SoftMask, associate
@@ -51,10 +51,12 @@ class Tentative:
     compared_ns: int = 0
 
     @classmethod
-    def begun(cls, detection: Detection, stamp_ns: int, longest: int) -> Tentative:
-        """Begin with the first detection; ``longest`` is the longer side of the image."""
-        existence = Existence(stamp_ns).seen(detection.score, detection.box.height / longest)
-        return cls(detection, stamp_ns, detection.box, existence)
+    def begun(
+        cls, detection: Detection, stamp_ns: int, longest: int, *, moves: bool = False
+    ) -> Tentative:
+        """Begin with the first detection; see :meth:`seen`."""
+        new = cls(detection, stamp_ns, detection.box, Existence(stamp_ns))
+        return new.seen(detection, stamp_ns, longest, moves=moves)
 
     @classmethod
     def rejected_of(cls, track: Track, stamp_ns: int) -> Tentative:
@@ -62,13 +64,18 @@ class Tentative:
         thing = Detection(track.body, 0.0)
         return cls(thing, stamp_ns, track.body, track.existence, rejected=True)
 
-    def seen(self, detection: Detection, stamp_ns: int, longest: int) -> Tentative:
-        """Go on with the next detection."""
+    def seen(self, detection: Detection, stamp_ns: int, longest: int, *, moves: bool) -> Tentative:
+        """
+        Go on with the next detection.
+
+        :param longest: the longer side of the image.
+        :param moves: whether something moves against the world in its box.
+        """
         box, first = detection.box, self.origin
         dx, dy = box.center_x - first.center_x, box.center_y - first.center_y
         way, share = math.hypot(dx, dy) / box.height, box.height / longest
         existence = self.existence.seen(detection.score, share, displaced=way >= _DISPLACED)
-        if way >= _GONE_ON:
+        if moves or way >= _GONE_ON:
             existence = existence.moving(stamp_ns)
         return replace(self, detection=detection, stamp_ns=stamp_ns, existence=existence)
 
@@ -97,21 +104,28 @@ class Tentative:
 
 
 def follow(
-    known: Sequence[Tentative], detections: Sequence[Detection], stamp_ns: int, longest: int
+    known: Sequence[Tentative],
+    detections: Sequence[Detection],
+    stamp_ns: int,
+    longest: int,
+    moves: Callable[[Box], bool],
 ) -> tuple[list[Tentative], list[Tentative]]:
     """
     Go on with tentative tracks by what was detected in the frame of a stamp.
 
     :param detections: of nobody who is tracked.
     :param longest: the longer side of the image in pixels.
+    :param moves: whether something moves against the world in a box.
     :returns: those who were detected, and the others.
     """
     pairs = associate([[each.detection.box] for each in known], detections)
     found, others = [], []
     for number, each in enumerate(known):
         if number in pairs:
-            found.append(each.seen(detections[pairs[number]], stamp_ns, longest))
+            seen = detections[pairs[number]]
+            found.append(each.seen(seen, stamp_ns, longest, moves=moves(seen.box)))
         else:
             others.append(each)
     new = [each for number, each in enumerate(detections) if number not in pairs.values()]
-    return [*found, *(Tentative.begun(each, stamp_ns, longest) for each in new)], others
+    begun = (Tentative.begun(each, stamp_ns, longest, moves=moves(each.box)) for each in new)
+    return [*found, *begun], others

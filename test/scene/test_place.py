@@ -185,3 +185,15 @@ def test_specks_and_what_does_not_move_are_no_bodies() -> None:
     assert not moving_bodies(image((10, 10, 2, 2)), image((10, 10, 2, 2))).any()
     assert not moving_bodies(image((10, 10, 20, 40)), image()).any()
     assert not moving_bodies(image(), image()).any()
+
+
+@pytest.mark.parametrize('pan', [0.0, 1.3])
+def test_a_box_shows_who_moves_unless_they_are_known(pan: float) -> None:
+    scene, found = Watch(), []
+    for number in range(20):
+        image, known = seen(number, pan), block(number).shifted(70, 0)
+        image[inside(block(number)) | inside(known)] = RED
+        scene.show(number, image, known.padded(3, 3))
+        rests = block(number).shifted(35, 0)
+        found.append([scene.place.moves(box) for box in (block(number), rests, known)])
+    assert found[10:] == [[True, False, False]] * 10

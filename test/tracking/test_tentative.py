@@ -12,39 +12,53 @@ from gait_segmentation.tracking.tentative import Tentative, follow
 BOX, S = Box(10, 10, 40, 100), 10**9
 
 
+def rests(box: Box) -> bool:
+    return False
+
+
 def seen(*boxes: Box, score: float = 0.5) -> list[Detection]:
     return [Detection(box, score) for box in boxes]
 
 
 def test_each_detection_goes_on_with_who_was_there_or_begins() -> None:
-    (first,), none = follow([], seen(BOX), S, 320)
+    (first,), none = follow([], seen(BOX), S, 320, rests)
     assert none == []
-    found, others = follow([first], seen(BOX.shifted(3, 0), BOX.shifted(200, 0)), 2 * S, 320)
+    found, others = follow(
+        [first], seen(BOX.shifted(3, 0), BOX.shifted(200, 0)), 2 * S, 320, rests
+    )
     assert others == []
     assert [each.existence.sightings for each in found] == [2, 1]
     assert [each.stamp_ns for each in found] == [2 * S, 2 * S]
-    assert follow([first], [], 2 * S, 320) == ([], [first])
+    assert follow([first], [], 2 * S, 320, rests) == ([], [first])
 
 
 @pytest.mark.parametrize(('steps', 'displaced'), [([3, -3, 3], False), ([4, 8, 12], True)])
 def test_somebody_has_come_on_who_is_elsewhere_than_at_first(steps, displaced) -> None:
-    (each,), _ = follow([], seen(BOX), S, 320)
+    (each,), _ = follow([], seen(BOX), S, 320, rests)
     for number, step in enumerate(steps, 1):
-        ((each,), _) = follow([each], seen(BOX.shifted(step, 0)), S + number, 320)
+        ((each,), _) = follow([each], seen(BOX.shifted(step, 0)), S + number, 320, rests)
     assert each.existence.displaced == displaced
 
 
 def test_who_has_gone_on_far_has_moved() -> None:
-    (each,), _ = follow([], seen(BOX), S, 320)
+    (each,), _ = follow([], seen(BOX), S, 320, rests)
     moved = []
     for number, step in enumerate((10, 20, 30), 1):
-        ((each,), _) = follow([each], seen(BOX.shifted(step, 0)), S + number, 320)
+        ((each,), _) = follow([each], seen(BOX.shifted(step, 0)), S + number, 320, rests)
         moved.append(each.existence.moved_ns is not None)
     assert moved == [False, False, True]
 
 
+def test_who_moves_against_the_world_has_moved_from_the_first_sight_on() -> None:
+    beside = BOX.shifted(200, 0)
+    each, other = follow([], seen(BOX, beside), S, 320, BOX.__eq__)[0]
+    assert (each.existence.moved_ns, other.existence.moved_ns) == (S, None)
+    both, _ = follow([each, other], seen(BOX, beside), 2 * S, 320, beside.__eq__)
+    assert [each.existence.moved_ns for each in both] == [S, 2 * S]
+
+
 def test_who_is_not_seen_any_more_is_forgotten_and_what_was_no_person_later() -> None:
-    (each,), _ = follow([], seen(BOX), S, 320)
+    (each,), _ = follow([], seen(BOX), S, 320, rests)
     thing = replace(each, rejected=True)
     assert [each.is_over(S + s * S // 2) for s in (2, 3)] == [False, True]
     assert [thing.is_over(S + s * S) for s in (29, 31)] == [False, True]
@@ -52,7 +66,7 @@ def test_who_is_not_seen_any_more_is_forgotten_and_what_was_no_person_later() ->
 
 
 def test_who_was_compared_is_compared_again_after_a_while() -> None:
-    (each,), _ = follow([], seen(BOX), S, 320)
+    (each,), _ = follow([], seen(BOX), S, 320, rests)
     assert not each.was_compared(S)
     compared = replace(each, compared_ns=S)
     assert [compared.was_compared(S + s * S // 4) for s in (1, 3)] == [True, False]
@@ -66,12 +80,12 @@ def drawn(each: Tentative, presence: float) -> Tentative:
     ('score', 'by_map', 'is_drawn'), [(0.5, False, True), (0.3, False, False), (0.5, True, False)]
 )
 def test_who_is_seen_by_more_than_a_part_is_drawn_if_no_map_shows_them(score, by_map, is_drawn):
-    (each,), _ = follow([], [Detection(BOX, score, by_map=by_map)], S, 320)
+    (each,), _ = follow([], [Detection(BOX, score, by_map=by_map)], S, 320, rests)
     assert each.is_to_be_drawn(S) == is_drawn
 
 
 def test_what_is_hardly_a_person_is_drawn_more_rarely() -> None:
-    (each,), _ = follow([], seen(BOX), S, 320)
+    (each,), _ = follow([], seen(BOX), S, 320, rests)
     person, thing = drawn(each, 5.0), drawn(each, -20.0)
     assert thing.existence.log_odds(S) < -5 < each.existence.log_odds(S)
     assert each.existence.log_odds(S) < 0 < person.existence.log_odds(S)
