@@ -83,7 +83,6 @@ class Existence:
     sightings: float = 0.0
     present: float = 0.0
     drawings: int = 0
-    displaced: bool = False
     moved_ns: int | None = None
     unlike: bool = False
     hits: float = 1.0
@@ -100,7 +99,7 @@ class Existence:
         """Return what speaks for a person, whether they are there now or not."""
         if self.given:
             return CERTAIN
-        moved = self.displaced or self.moved_ns is not None
+        moved = self.moved_ns is not None
         rests = self.moved_ns is None and stamp_ns - self.found_ns >= _RESTS_NS
         seen = self.said + self.present
         return seen + _AGAIN * (self.sightings > 1) + _MOVED * moved + _RESTS * rests
@@ -110,13 +109,12 @@ class Existence:
         """Return whether they were not seen for so long that they are not there."""
         return self.silence >= CERTAIN
 
-    def seen(self, score: float, share: float, *, displaced: bool = False) -> Existence:
+    def seen(self, score: float, share: float) -> Existence:
         """
         Return the existence after a look that saw them.
 
         :param score: of the detector, 0 to 1.
         :param share: height of the box, in longer sides of the image.
-        :param displaced: whether the box is not where it was at first.
         """
         small, tall = (float(np.interp(score, _SCORES, said)) for said in (_SMALL, _TALL))
         said = float(np.interp(share, (_SMALL_SHARE, _TALL_SHARE), (small, tall)))
@@ -128,7 +126,6 @@ class Existence:
             self,
             said=self.said + (said - self.said) / sightings,
             sightings=sightings,
-            displaced=self.displaced or displaced,
             hits=fade * hits,
             looks=fade * looks,
             missed=0,

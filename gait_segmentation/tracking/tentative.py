@@ -4,7 +4,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -28,41 +27,29 @@ _COMPARED_NS = 500_000_000
 _DRAWN = 0.4
 """Score from which somebody is drawn: below, boxes are often of a part."""
 
-_DISPLACED, _GONE_ON = 0.1, 0.25
-"""How far somebody has come who may be no thing, and who is none, in heights of their box."""
-
 
 @dataclass(frozen=True)
 class Tentative:
     """
     A tentative track: somebody whom detections tell of, and no pixels yet.
 
-    ``detection`` is the last one, of the frame of ``stamp_ns``, and ``origin`` the box of the
-    first.  What was tracked and is ``rejected``, as it did not move, is remembered for longer.
-    At ``drawn_ns`` they were last drawn, and at ``compared_ns`` compared with those who are lost.
+    ``detection`` is the last one, of the frame of ``stamp_ns``.  What was tracked and is
+    ``rejected``, as it did not move, is remembered for longer.  At ``drawn_ns`` they were last
+    drawn, and at ``compared_ns`` compared with those who are lost.
     """
 
     detection: Detection
     stamp_ns: int
-    origin: Box
     existence: Existence
     rejected: bool = False
     drawn_ns: int = 0
     compared_ns: int = 0
 
     @classmethod
-    def begun(
-        cls, detection: Detection, stamp_ns: int, longest: int, *, moves: bool = False
-    ) -> Tentative:
-        """Begin with the first detection; see :meth:`seen`."""
-        new = cls(detection, stamp_ns, detection.box, Existence(stamp_ns))
-        return new.seen(detection, stamp_ns, longest, moves=moves)
-
-    @classmethod
     def rejected_of(cls, track: Track, stamp_ns: int) -> Tentative:
         """Return a track that is no person, to be known as that."""
         thing = Detection(track.body, 0.0)
-        return cls(thing, stamp_ns, track.body, track.existence, rejected=True)
+        return cls(thing, stamp_ns, track.existence, rejected=True)
 
     def seen(self, detection: Detection, stamp_ns: int, longest: int, *, moves: bool) -> Tentative:
         """
@@ -71,11 +58,8 @@ class Tentative:
         :param longest: the longer side of the image.
         :param moves: whether something moves against the world in its box.
         """
-        box, first = detection.box, self.origin
-        dx, dy = box.center_x - first.center_x, box.center_y - first.center_y
-        way, share = math.hypot(dx, dy) / box.height, box.height / longest
-        existence = self.existence.seen(detection.score, share, displaced=way >= _DISPLACED)
-        if moves or way >= _GONE_ON:
+        existence = self.existence.seen(detection.score, detection.box.height / longest)
+        if moves:
             existence = existence.moving(stamp_ns)
         return replace(self, detection=detection, stamp_ns=stamp_ns, existence=existence)
 
@@ -119,13 +103,10 @@ def follow(
     :returns: those who were detected, and the others.
     """
     pairs = associate([[each.detection.box] for each in known], detections)
-    found, others = [], []
-    for number, each in enumerate(known):
-        if number in pairs:
-            seen = detections[pairs[number]]
-            found.append(each.seen(seen, stamp_ns, longest, moves=moves(seen.box)))
-        else:
-            others.append(each)
-    new = [each for number, each in enumerate(detections) if number not in pairs.values()]
-    begun = (Tentative.begun(each, stamp_ns, longest, moves=moves(each.box)) for each in new)
-    return [*found, *begun], others
+    others = [each for number, each in enumerate(known) if number not in pairs]
+    seen = [(known[number], detections[each]) for number, each in pairs.items()]
+    for number, each in enumerate(detections):
+        if number not in pairs.values():
+            seen.append((Tentative(each, stamp_ns, Existence(stamp_ns)), each))
+    found = [one.seen(each, stamp_ns, longest, moves=moves(each.box)) for one, each in seen]
+    return found, others

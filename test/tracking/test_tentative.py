@@ -32,23 +32,6 @@ def test_each_detection_goes_on_with_who_was_there_or_begins() -> None:
     assert follow([first], [], 2 * S, 320, rests) == ([], [first])
 
 
-@pytest.mark.parametrize(('steps', 'displaced'), [([3, -3, 3], False), ([4, 8, 12], True)])
-def test_somebody_has_come_on_who_is_elsewhere_than_at_first(steps, displaced) -> None:
-    (each,), _ = follow([], seen(BOX), S, 320, rests)
-    for number, step in enumerate(steps, 1):
-        ((each,), _) = follow([each], seen(BOX.shifted(step, 0)), S + number, 320, rests)
-    assert each.existence.displaced == displaced
-
-
-def test_who_has_gone_on_far_has_moved() -> None:
-    (each,), _ = follow([], seen(BOX), S, 320, rests)
-    moved = []
-    for number, step in enumerate((10, 20, 30), 1):
-        ((each,), _) = follow([each], seen(BOX.shifted(step, 0)), S + number, 320, rests)
-        moved.append(each.existence.moved_ns is not None)
-    assert moved == [False, False, True]
-
-
 def test_who_moves_against_the_world_has_moved_from_the_first_sight_on() -> None:
     beside = BOX.shifted(200, 0)
     each, other = follow([], seen(BOX, beside), S, 320, BOX.__eq__)[0]
@@ -62,7 +45,6 @@ def test_who_is_not_seen_any_more_is_forgotten_and_what_was_no_person_later() ->
     thing = replace(each, rejected=True)
     assert [each.is_over(S + s * S // 2) for s in (2, 3)] == [False, True]
     assert [thing.is_over(S + s * S) for s in (29, 31)] == [False, True]
-    assert Tentative.begun(seen(BOX)[0], S, 320) == each
 
 
 def test_who_was_compared_is_compared_again_after_a_while() -> None:
