@@ -6,7 +6,7 @@ from gait_segmentation.detector.detection import Detection
 from gait_segmentation.detector.networks import DetectorConfig, Networks
 from gait_segmentation.detector.scheduler import Detections, DetectorScheduler
 from gait_segmentation.tracking.existence import CERTAIN, Existence
-from test.tracking.figures import Figure, Told, walk
+from test.tracking.figures import STEP_NS, WIDTH, Figure, Told, walk
 
 TALL, SMALL = 0.4, 0.1
 S = 10**9
@@ -151,6 +151,17 @@ def test_who_is_seen_is_tracked_and_followed():
         (result,) = track.show(figure)
         assert result.state == 'tracked', number
         assert result.body.iou(figure.box) > 0.5
+
+
+@pytest.mark.parametrize('working_height', [40, 128])
+def test_how_tall_somebody_is_is_measured_in_the_image_as_it_came(working_height):
+    track, figure = Told(working_height=working_height), Figure(100, height=50)
+    track.start(figure)
+    track.show(figure)
+    (person,) = track.tracker.tracks()
+    person.see(Detection(figure.box, 0.5), STEP_NS)
+    share = figure.box.height / WIDTH
+    assert person.existence.said == looks('x', 0.5, share).said
 
 
 @pytest.mark.parametrize('given', [True, False])
