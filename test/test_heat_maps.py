@@ -113,6 +113,17 @@ def test_trust_comes_and_goes_over_some_maps_whatever_their_lag():
     assert found[-1] == 0 < min(each for each in found if each) < 1
 
 
+@pytest.mark.parametrize('late', [0, 8, 14])
+def test_a_map_is_compared_with_its_own_frame(late):
+    kept, frames = MapTrust(), clip()[:16]
+    for frame in frames:
+        # Of maps without an outline there is nothing to trust.
+        kept.update(frame.image, frame.stamp_ns, HeatMap(MAPS['empty'], frames[0].stamp_ns))
+    now, then = frames[-1], frames[-1 - late]
+    heat = HeatMap(then.masks[0], then.stamp_ns)
+    assert kept.update(now.image, now.stamp_ns + 1, heat) == 1
+
+
 def test_the_alignment_is_that_of_slopes_in_any_direction_unless_there_is_an_outline():
     image = clip()[0].image
     lab = cv2.cvtColor(image, cv2.COLOR_BGR2Lab)
