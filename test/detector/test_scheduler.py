@@ -123,6 +123,8 @@ def test_who_has_to_be_drawn_is_and_others_wait_for_it():
     assert len(scheduler.draw(IMAGE, frame, [SOMEBODY.box] * 3, always=True)) == 3
     numbers = [len(scheduler.draw(IMAGE, k * frame, [SOMEBODY.box])) for k in range(2, 8)]
     assert numbers == [0, 0, 0, 1, 1, 1]
+    # Time in which nobody was drawn is not made up for.
+    assert len(scheduler.draw(IMAGE, 100 * frame, [SOMEBODY.box] * 9)) == 5
 
 
 @pytest.mark.parametrize('network', ['boxes', 'none'])
