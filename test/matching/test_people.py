@@ -110,6 +110,18 @@ def test_what_somebody_nearer_hides_counts_neither_way() -> None:
     assert similarity[TRACKED][1] == similarity[LOST][1]
 
 
+def test_who_is_new_in_a_slot_hides_nothing_by_how_who_had_it_before_stood() -> None:
+    similarity = []
+    for changes in ({'track_id': 9}, {'state': LOST}):
+        matcher = people()
+        for index in range(4):
+            matcher.update(crossed(index, TRACKED), source_size=SIZE)
+        behind, front = crossed(4, TRACKED)
+        ((one, _),) = matcher.update([behind, replace(front, **changes)], source_size=SIZE)
+        similarity.append(one.similarity)
+    assert similarity[0] == similarity[1]
+
+
 @pytest.mark.parametrize(
     ('changes', 'size', 'words'),
     [
