@@ -295,6 +295,20 @@ def test_the_past_is_seen_from_the_views_of_then():
     assert before[15] > 3 * before[0]
 
 
+@pytest.mark.parametrize('at_once', [True, False])
+def test_the_phase_goes_on_by_the_time_between_frames_whenever_it_is_asked_for(at_once):
+    """Also where that is more than a quarter of a stride, and halves of one look alike."""
+    clock, at, found = clock_of(lag=9), np.arange(PHASES) / PHASES, []
+    phases = 0.276 * np.arange(10)
+    for number, phase in enumerate(phases):
+        take_in(clock, 100 * np.cos(4 * np.pi * (at - phase)), 0.3 * number)
+        if at_once:
+            found.append(clock.phase(0, 0.0, 0.0)[0])
+    if not at_once:
+        found = [clock.phase(back, 0.0, 0.0)[0] for back in reversed(range(10))]
+    assert np.abs((found - phases + 0.5) % 1 - 0.5).max() < 0.05
+
+
 # What goes in, and what comes out.
 def test_a_motion_is_believed_the_more_the_longer_it_shows_and_jumps_at_once():
     steady, body = SteadyBody(), BodyFrame(50.0, 80.0, 100.0)
