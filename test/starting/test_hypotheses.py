@@ -54,6 +54,7 @@ def test_at_a_side_bodies_go_on_beyond_the_border(left: bool) -> None:
     sliver = Box(0 if left else 86, 10, 4, 100)
     assert fit(sliver, 'left' if left else 'right')[0].weight.max() < 0.1
     beyond = hypothesis.axis < 4 if left else hypothesis.axis > SHAPE[1] - 4
+    assert beyond.any()
     assert hypothesis.weight[beyond].max() == hypothesis.weight.max()
     for template in laid(hypothesis)[beyond]:
         extent = Box.around(template > 127)
