@@ -98,6 +98,8 @@ def test_stamps_that_are_not_positive_are_refused_as_they_are(bench: Bench, capf
     node.receive('image', odd)
     assert 'a message with the stamp -1.5 s is ignored' in capfd.readouterr().err
     assert missing_input(node) == 'what comes has no stamp'
+    node.receive('image', frame(0))
+    assert missing_input(node) != 'what comes has no stamp'
 
 
 def test_a_configuration_that_fails_leaves_the_node_unconfigured(

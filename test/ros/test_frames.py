@@ -84,6 +84,9 @@ def test_a_node_whose_parts_wait_is_not_waited_for() -> None:
     # The rest of what was dropped before.
     join.add('b', 9, 'x')
     assert join.waits_for == 'matcher'
+    # What holds up the newest is what is missing now.
+    join.add('a', 12, 'x')
+    assert join.waits_for == 'tracker'
 
 
 def test_of_a_part_that_comes_twice_the_first_counts() -> None:
