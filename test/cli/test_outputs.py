@@ -272,6 +272,17 @@ def test_the_topics_are_those_of_the_nodes(tmp_path: Path) -> None:
                 assert header.stamp.sec * 10**9 + header.stamp.nanosec == stamp - 1000
 
 
+def test_a_header_that_has_no_stamp_has_none_in_the_bag(tmp_path: Path) -> None:
+    output, one = BagOutput(tmp_path / 'walk'), frame(0)
+    output.add(replace(one.frame, header_ns=0), one.result)
+    output.close(complete=True)
+    store = get_typestore(Stores.ROS2_JAZZY)
+    found = {topic: data for topic, _, data in contents(tmp_path / 'walk')}
+    for topic, kind in TOPICS.items():
+        time: Any = store.deserialize_cdr(found[topic], kind).header.stamp
+        assert (time.sec, time.nanosec) == (0, 0), topic
+
+
 @pytest.mark.filterwarnings('ignore::DeprecationWarning')
 def test_messages_are_those_of_the_nodes(tmp_path: Path) -> None:
     pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
