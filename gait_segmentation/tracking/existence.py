@@ -5,8 +5,8 @@ Whether what is tracked is a person: one number, the log-odds, which nothing els
 
 It is a sum, as in the literature on track existence (Musicki, Evans and Stankovic, Integrated
 Probabilistic Data Association, IEEE Transactions on Automatic Control, 1994): what the looks of
-a detector say that see them, and those that do not, whether they move against the world, and
-whether what rests looks as it did while it moved.
+a detector say that see them, and those that do not, what a network says that draws them, whether
+they move against the world, and whether what rests looks as it did while it moved.
 """
 
 from __future__ import annotations
