@@ -68,9 +68,11 @@ class Tentative:
         return not self.rejected and self.existence.log_odds(stamp_ns) > _UNLIKELY
 
     def is_to_be_drawn(self, stamp_ns: int) -> bool:
-        """Return whether a mask may tell whether it is a person."""
-        seen = self.detection.score >= _DRAWN and not self.detection.by_map
-        return seen and (self.may_be(stamp_ns) or stamp_ns - self.drawn_ns >= _COMPARED_NS)
+        """Return whether a mask is to tell whether it is a person, as who is taken for one."""
+        is_person = self.existence.log_odds(stamp_ns) >= 0
+        seen = self.detection.score >= _DRAWN or is_person
+        due = self.may_be(stamp_ns) or stamp_ns - self.drawn_ns >= _COMPARED_NS
+        return seen and due and not self.detection.by_map
 
     def drawn(self, box: Box, mask: SoftMask, stamp_ns: int) -> Tentative:
         """Take in a mask of who was detected last, and the box in the frame of that."""

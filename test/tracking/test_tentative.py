@@ -59,10 +59,19 @@ def drawn(each: Tentative, presence: float) -> Tentative:
 
 
 @pytest.mark.parametrize(
-    ('score', 'by_map', 'is_drawn'), [(0.5, False, True), (0.3, False, False), (0.5, True, False)]
+    ('score', 'by_map', 'moves', 'is_drawn'),
+    [
+        (0.5, False, False, True),
+        (0.38, False, False, False),
+        (0.38, False, True, True),
+        (0.5, True, False, False),
+    ],
 )
-def test_who_is_seen_by_more_than_a_part_is_drawn_if_no_map_shows_them(score, by_map, is_drawn):
-    (each,), _ = follow([], [Detection(BOX, score, by_map=by_map)], S, 320, rests)
+def test_who_is_seen_clearly_or_begins_is_drawn_if_no_map_shows_them(
+    score, by_map, moves, is_drawn
+):
+    detection = Detection(Box(10, 10, 16, 40), score, by_map=by_map)
+    (each,), _ = follow([], [detection], S, 320, lambda box: moves)
     assert each.is_to_be_drawn(S) == is_drawn
 
 
