@@ -31,7 +31,12 @@ def draw_new(
     """
     wanted: list[Tentative] = []
     others: list[Tentative] = []
-    for each in sorted(found, key=lambda each: -each.existence.log_odds(stamp_ns)):
+
+    def known(each: Tentative) -> tuple[bool, float]:
+        return each.existence.drawings > 0, -each.existence.log_odds(stamp_ns)
+
+    # Of whom there is a mask it is known already whether they are people.
+    for each in sorted(found, key=known):
         (wanted if each.is_to_be_drawn(stamp_ns) else others).append(each)
     masks, drawn = draw([each.detection.box for each in wanted]), []
     for each, mask in zip(wanted, masks, strict=False):

@@ -1,0 +1,28 @@
+# SPDX-FileCopyrightText: The gait_segmentation contributors
+# SPDX-License-Identifier: GPL-3.0-or-later
+import numpy as np
+
+from gait_segmentation.detector.detection import Detection, SoftMask
+from gait_segmentation.geometry import Box
+from gait_segmentation.tracking.drawing import draw_new
+from gait_segmentation.tracking.tentative import follow
+
+S = 10**9
+BOXES = [Box(10 + 100 * number, 10, 40, 100) for number in range(3)]
+
+
+def test_who_has_no_mask_yet_is_drawn_first_and_then_who_is_likelier() -> None:
+    asked: list[Box] = []
+
+    def draw(boxes: list[Box], *, always: bool = False) -> list[SoftMask]:
+        asked.extend(boxes)
+        return [SoftMask(np.zeros((2, 2), np.uint8), 1.0, (0, 0), boxes[0], 5.0)]
+
+    seen = [Detection(box, score) for box, score in zip(BOXES, (0.9, 0.5, 0.6), strict=True)]
+    found, _ = follow([], seen, S, 320, lambda box: False)
+    drawn = draw_new(draw, found, S, late=False)
+    assert asked == [BOXES[0], BOXES[2], BOXES[1]]
+    assert [each.existence.drawings for each in drawn] == [1, 0, 0]
+    asked.clear()
+    draw_new(draw, drawn, S + 1, late=False)
+    assert asked == [BOXES[2], BOXES[1], BOXES[0]]
