@@ -135,7 +135,7 @@ class FusionTrack(Track):
             if evidence is not None:
                 logit += evidence.logit
                 if evidence.values is not None:
-                    self.history.states[-1].notes[type(cue).__name__] = window, evidence.values
+                    self.history.note(type(cue).__name__, window, evidence.values)
         # Those who are not published are taken to be hidden by others: no mask is cut for them.
         vague = self.slot is None and not self._outlined
         hidden = not seen or self.slot is None

@@ -144,9 +144,8 @@ class MeanShiftTrack(Track):
         box = pose.box.shifted(-window[1].start, -window[0].start)
         shift = mean_shift(values, claim.mask, box)
         self.shift(shift.dx, shift.dy)
-        before = (
-            self.history.states[-2].displacement if len(self.history.states) > 1 else (0.0, 0.0)
-        )
+        states = self.history.states
+        before = states[-2].displacement if len(states) > 1 else (0.0, 0.0)
         dx, dy = (now - then for now, then in zip(self.displacement, before, strict=True))
         x, y = self.pose.center_x - dx, self.pose.center_y - dy
         to_x, to_y = self.view.now.motion.carry(x, y)

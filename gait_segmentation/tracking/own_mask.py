@@ -34,7 +34,7 @@ def keep_own(track: Track, likelihood: NDArray[np.uint8], others: Sequence[Track
     near = distance_from(track.expected_mask() > 127) < GUARD * track.pose.height
     likely = likelihood[track.window] > 127
     mask = np.where(near & likely, np.uint8(255), np.uint8(0))
-    track.history.states[-1].notes[_NOTE] = track.window, mask
+    track.history.note(_NOTE, track.window, mask)
 
 
 def own_feedback(track: Track, stamp_ns: int) -> Feedback | None:

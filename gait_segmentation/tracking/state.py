@@ -66,6 +66,10 @@ class History:
         x, y = self.displacement
         self.states[-1].displacement = (x + dx, y + dy)
 
+    def note(self, name: str, window: Window, values: NDArray[np.uint8]) -> None:
+        """Keep what will be learnt from when the mask of the newest frame comes."""
+        self.states[-1].notes[name] = window, values
+
     @property
     def displacement(self) -> Shift:
         """Return how far the body went since the track began, in pixels."""
