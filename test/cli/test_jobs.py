@@ -3,6 +3,7 @@
 """Several inputs at a time, in processes and on a Dask cluster."""
 
 import gc
+import logging
 import os
 import re
 import shutil
@@ -25,6 +26,9 @@ from test.walkers import clip
 
 ROOT = Path(__file__).parents[2]
 TIMEOUT_S = 300.0
+
+# A client that was interrupted says seconds later, in the midst of other tests, that it is closed.
+logging.getLogger('distributed.client').addFilter(lambda record: False)
 
 
 def wait_until(true: Callable[[], object]) -> None:
