@@ -44,7 +44,10 @@ _MOVED = 2.0
 """What it adds that the box is elsewhere than it was, or that the pixels move with the person."""
 
 _RESTS, _RESTS_NS = -2.5, 1_000_000_000
-"""What it adds that no pixel has moved since it was found, and after which time."""
+"""
+What it adds that no pixel has moved since it was found, and no network draws a person there, and
+after which time.
+"""
 
 _TRIAL_NS = 5_000_000_000
 """Time for which what has not moved since it was found is followed, whatever it looks like."""
@@ -100,7 +103,7 @@ class Existence:
         if self.given:
             return CERTAIN
         moved = self.moved_ns is not None
-        rests = self.moved_ns is None and stamp_ns - self.found_ns >= _RESTS_NS
+        rests = not moved and self.present <= 0 and stamp_ns - self.found_ns >= _RESTS_NS
         seen = self.said + self.present
         return seen + _AGAIN * (self.sightings > 1) + _MOVED * moved + _RESTS * rests
 

@@ -167,6 +167,7 @@ class FusionTrack(Track):
         if self.sighting.newest != now.place:
             self._see_in(mask.box if mask.box and mask.fits(box) else box, now.place)
         if self.existence.moved_ns is None:
+            self.existence = self.existence.drawn(mask.presence)
             self._uncover(mask)
 
     def _uncover(self, mask: SoftMask) -> None:

@@ -1,8 +1,9 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+import numpy as np
 import pytest
 
-from gait_segmentation.detector.detection import Detection
+from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.detector.networks import DetectorConfig, Networks
 from gait_segmentation.detector.scheduler import Detections, DetectorScheduler
 from gait_segmentation.tracking.existence import CERTAIN, Existence
@@ -97,6 +98,14 @@ def test_what_rests_since_it_was_found_must_look_the_more_like_a_person(score, s
     assert existence.moving(S).log_odds(9 * S) > 0
 
 
+@pytest.mark.parametrize(('presence', 'stays'), [(5.0, True), (-4.0, False)])
+def test_who_rests_and_is_drawn_there_need_not_move(presence, stays):
+    existence = looks('xxx', 0.55, SMALL)
+    for _ in range(8):
+        existence = existence.drawn(presence)
+    assert ('not moved' not in existence.doubt(2 * S)) == stays
+
+
 def test_what_was_said_long_ago_does_not_count():
     existence = looks('x' * 20, 0.4)
     for _ in range(9):
@@ -162,6 +171,20 @@ def test_how_tall_somebody_is_is_measured_in_the_image_as_it_came(working_height
     person.see(Detection(figure.box, 0.5), STEP_NS)
     share = figure.box.height / WIDTH
     assert person.existence.said == looks('x', 0.5, share).said
+
+
+def test_of_whom_has_not_moved_yet_every_mask_tells_whether_they_are_a_person():
+    track, figure = Told(), Figure(100)
+    track.start(figure)
+    track.show(figure)
+    (person,) = track.tracker.tracks()
+    mask = SoftMask(np.zeros((9, 9), np.uint8), 1.0, (0.0, 0.0), figure.box, presence=-3.0)
+    before = person.existence
+    person.take_mask(mask, figure.box)
+    assert person.existence == before.drawn(-3.0)
+    person.existence = moved = person.existence.moving(S)
+    person.take_mask(mask, figure.box)
+    assert person.existence == moved
 
 
 @pytest.mark.parametrize('given', [True, False])
