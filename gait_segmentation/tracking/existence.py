@@ -61,8 +61,8 @@ _ASKED_NS = 300_000_000
 _LATEST = 5
 """Looks over which the mean is taken of what they say, at most."""
 
-_DRAWN = 8
-"""The same of drawings."""
+_ABSENT_RATE = 1 / 8
+"""Share by which what drawings say goes towards one that shows a person less than those before."""
 
 _MEMORY = 20
 """Looks that the share of those in which somebody was seen is taken over, at most."""
@@ -73,11 +73,10 @@ class Existence:
     """
     What speaks for a track to be a person, and against it.
 
-    ``said`` is the mean of what the last ``sightings`` of a detector say, and ``present`` that of
-    the last ``drawings`` of a network that draws them; of ``looks`` it had
-    ``hits`` while they were known to be there, and ``missed`` the last.  ``found_ns`` is the stamp
-    of the first frame, and ``moved_ns`` that of the last in which they moved, None if they never
-    did.
+    ``said`` is the mean of what the last ``sightings`` of a detector say, and ``present`` what the
+    ``drawings`` of a network that draws them say; of ``looks`` it had ``hits`` while they were
+    known to be there, and ``missed`` the last.  ``found_ns`` is the stamp of the first frame, and
+    ``moved_ns`` that of the last in which they moved, None if they never did.
     """
 
     found_ns: int
@@ -137,10 +136,11 @@ class Existence:
 
     def drawn(self, presence: float) -> Existence:
         """Return the existence after a network has drawn what is there; see ``SoftMask``."""
-        said, drawings = np.interp(presence, _PRESENCES, _PRESENT), min(self.drawings + 1, _DRAWN)
-        return replace(
-            self, present=self.present + (float(said) - self.present) / drawings, drawings=drawings
-        )
+        said = float(np.interp(presence, _PRESENCES, _PRESENT))
+        # Who is small or half hidden is not shown each time, and what is no person never.
+        rate = 1.0 if said > self.present or not self.drawings else _ABSENT_RATE
+        present = self.present + rate * (said - self.present)
+        return replace(self, present=present, drawings=self.drawings + 1)
 
     def seen_again(self) -> Existence:
         """Return the existence after it was seen where it should be, whatever it looks like."""

@@ -71,7 +71,7 @@ def test_of_the_small_less_is_asked_than_of_the_tall(score, share, looked, begin
         (0.8, TALL, [-30.0], False),
         (0.62, TALL, [5.0, -4.0, 5.0], True),
         (0.62, TALL, [5.0] + 8 * [-8.0], False),
-        (0.62, TALL, 8 * [-8.0] + 8 * [5.0], True),
+        (0.62, TALL, 8 * [-8.0] + [5.0], True),
     ],
 )
 def test_a_network_that_draws_them_says_who_is_a_person(score, share, drawn, begins):
