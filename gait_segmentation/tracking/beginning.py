@@ -87,7 +87,7 @@ class Beginner:
     ) -> Tentative | None:
         """Begin with somebody who was detected, and return None, if there is a reason to."""
         detection, existence, near = each.detection, each.existence, None
-        is_person = existence.log_odds(scene.stamp_ns) >= 0
+        is_person = existence.is_person(scene.stamp_ns)
         lost = people.doubted if is_person else []
         free = is_person and None in people.by_slot and not given
         # A region of a map has an outline, and so may take its pixels along at once.

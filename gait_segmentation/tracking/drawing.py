@@ -33,7 +33,7 @@ def draw_new(
     others: list[Tentative] = []
 
     def known(each: Tentative) -> tuple[bool, float]:
-        return each.existence.drawings > 0, -each.existence.log_odds(stamp_ns)
+        return each.existence.present is not None, -each.existence.log_odds(stamp_ns)
 
     # Of whom there is a mask it is known already whether they are people.
     for each in sorted(found, key=known):

@@ -62,7 +62,7 @@ _LATEST = 5
 """Looks over which the mean is taken of what they say, at most."""
 
 _ABSENT_RATE = 1 / 8
-"""Share by which what drawings say goes towards one that shows a person less than those before."""
+"""Share by which what masks say goes towards one that shows a person less than those before."""
 
 _MEMORY = 20
 """Looks that the share of those in which somebody was seen is taken over, at most."""
@@ -74,17 +74,16 @@ class Existence:
     What speaks for a track to be a person, and against it.
 
     ``said`` is the mean of what the last ``sightings`` of a detector say, and ``present`` what the
-    ``drawings`` of a network that draws them say; of ``looks`` it had ``hits`` while they were
-    known to be there, and ``missed`` the last.  ``found_ns`` is the stamp of the first frame, and
-    ``moved_ns`` that of the last in which they moved, None if they never did.
+    masks of a network that draws them say, None if it never did; of ``looks`` it had ``hits``
+    while they were known to be there, and ``missed`` the last.  ``found_ns`` is the stamp of the
+    first frame, and ``moved_ns`` that of the last in which they moved, None if they never did.
     """
 
     found_ns: int
     given: bool = False
     said: float = 0.0
     sightings: float = 0.0
-    present: float = 0.0
-    drawings: int = 0
+    present: float | None = None
     moved_ns: int | None = None
     unlike: bool = False
     hits: float = 1.0
@@ -97,13 +96,17 @@ class Existence:
         there = CERTAIN - self.silence + self.unlike * _UNLIKE
         return min(self.evidence(stamp_ns), there)
 
+    def is_person(self, stamp_ns: int) -> bool:
+        """Return whether it is rather a person, and there, in the frame of a stamp."""
+        return self.log_odds(stamp_ns) >= 0
+
     def evidence(self, stamp_ns: int) -> float:
         """Return what speaks for a person, whether they are there now or not."""
         if self.given:
             return CERTAIN
-        moved = self.moved_ns is not None
-        rests = not moved and self.present <= 0 and stamp_ns - self.found_ns >= _RESTS_NS
-        seen = self.said + self.present
+        moved, present = self.moved_ns is not None, self.present or 0.0
+        rests = not moved and present <= 0 and stamp_ns - self.found_ns >= _RESTS_NS
+        seen = self.said + present
         return seen + _AGAIN * (self.sightings > 1) + _MOVED * moved + _RESTS * rests
 
     @property
@@ -138,9 +141,9 @@ class Existence:
         """Return the existence after a network has drawn what is there; see ``SoftMask``."""
         said = float(np.interp(presence, _PRESENCES, _PRESENT))
         # Who is small or half hidden is not shown each time, and what is no person never.
-        rate = 1.0 if said > self.present or not self.drawings else _ABSENT_RATE
-        present = self.present + rate * (said - self.present)
-        return replace(self, present=present, drawings=self.drawings + 1)
+        if self.present is None or said > self.present:
+            return replace(self, present=said)
+        return replace(self, present=self.present + _ABSENT_RATE * (said - self.present))
 
     def seen_again(self) -> Existence:
         """Return the existence after it was seen where it should be, whatever it looks like."""
@@ -174,7 +177,7 @@ class Existence:
 
     def doubt(self, stamp_ns: int) -> str:
         """Return what speaks against a person in the frame of a stamp, '' if little does."""
-        if self.log_odds(stamp_ns) >= 0:
+        if self.is_person(stamp_ns):
             return ''
         if self.evidence(stamp_ns) < 0 and self.moved_ns is not None:
             return 'it moves, but hardly looks like a person'

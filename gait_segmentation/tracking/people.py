@@ -197,7 +197,7 @@ class People:
         """Give free slots to people who are followed without one, the tallest first."""
         waiting = [track for track in self.tracked if track.slot is None]
         for track in sorted(waiting, key=lambda each: -each.body.height):
-            if None in self.by_slot and track.existence.log_odds(stamp_ns) >= 0:
+            if None in self.by_slot and track.existence.is_person(stamp_ns):
                 track.publish(self.by_slot.index(None))
 
     def follow(

@@ -69,8 +69,7 @@ class Tentative:
 
     def is_to_be_drawn(self, stamp_ns: int) -> bool:
         """Return whether a mask is to tell whether it is a person, as who is taken for one."""
-        is_person = self.existence.log_odds(stamp_ns) >= 0
-        seen = self.detection.score >= _DRAWN or is_person
+        seen = self.detection.score >= _DRAWN or self.existence.is_person(stamp_ns)
         due = self.may_be(stamp_ns) or stamp_ns - self.drawn_ns >= _COMPARED_NS
         return seen and due and not self.detection.by_map
 

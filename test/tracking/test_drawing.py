@@ -22,7 +22,7 @@ def test_who_has_no_mask_yet_is_drawn_first_and_then_who_is_likelier() -> None:
     found, _ = follow([], seen, S, 320, lambda box: False)
     drawn = draw_new(draw, found, S, late=False)
     assert asked == [BOXES[0], BOXES[2], BOXES[1]]
-    assert [each.existence.drawings for each in drawn] == [1, 0, 0]
+    assert [each.existence.present for each in drawn] == [2.5, None, None]
     asked.clear()
     draw_new(draw, drawn, S + 1, late=False)
     assert asked == [BOXES[2], BOXES[1], BOXES[0]]
