@@ -99,9 +99,9 @@ def test_what_rests_since_it_was_found_must_look_the_more_like_a_person(score, s
     assert existence.moving(S).log_odds(9 * S) > 0
 
 
-@pytest.mark.parametrize(('presence', 'stays'), [(5.0, True), (-4.0, False)])
-def test_who_rests_and_is_drawn_there_need_not_move(presence, stays):
-    existence = looks('xxx', 0.55, SMALL)
+@pytest.mark.parametrize(('score', 'presence', 'stays'), [(0.45, 5.0, True), (0.55, -4.0, False)])
+def test_who_rests_and_is_drawn_there_need_not_move(score, presence, stays):
+    existence = looks('xxx', score, SMALL)
     for _ in range(8):
         existence = existence.drawn(presence)
     assert ('not moved' not in existence.doubt(2 * S)) == stays
