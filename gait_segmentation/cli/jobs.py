@@ -192,10 +192,8 @@ def replay(
         box = scaled_box(job.box, source)
         for kind, path in job.missing(force=force).items():
             outputs.append(kind(path, source.size, source.fps, job.config.people.max_people))
-        maps = None
-        if job.heat_map:
-            most = job.reading.get('max_pixels', MOST_PIXELS)
-            maps = open_heat_maps(job.heat_map, job.input, most)
+        most = job.reading.get('max_pixels', MOST_PIXELS)
+        maps = open_heat_maps(job.heat_map, job.input, most) if job.heat_map else None
         looked = _Looked(job.config.detector)
         scheduler = DetectorScheduler(job.config.detector, looked.networks)
         pipeline = Pipeline(job.config, bank, scheduler=scheduler)

@@ -90,70 +90,91 @@ def results_of(
     :param heat_maps: those of the input, if there are any.
     :raises DamagedError: where the input breaks off, after all results of the frames before.
     """
-    slots = pipeline.config.people.max_people
-    held: HeldFrames[InputFrame] = HeldFrames()
-    likelihood_shape = (0, 0)
-    flushed: list[Replayed] = []
-
-    def answers(results: Iterable[FrameResult], *, last: bool = False) -> Iterator[Replayed]:
-        """Yield results with their frames in order, and blank ones of frames without."""
-        nonlocal likelihood_shape
-        for frame, result in held.answered(results, last=last):
-            if result is not None:
-                likelihood = result.people[0].track.likelihood
-                likelihood_shape = (likelihood.shape[0], likelihood.shape[1])
-            yield Replayed(frame, result or _blank(frame, slots, likelihood_shape))
-
-    def drop_tracks() -> None:
-        flushed.extend(answers(pipeline.flush(), last=True))
-        pipeline.reset()
-
-    intake = Intake(
-        reset=drop_tracks,
-        initialize=pipeline.initialize,
-        warn=lambda _, text: warn(text),
-        initial_box=box,
-    )
-    stamps = Stamps()
+    run = _Lockstep(pipeline, box, warn, heat_maps)
     damage: DamagedError | None = None
-    frames = ahead(source.frames())
-    while True:
-        try:
-            frame = next(frames, None)
-        except DamagedError as error:
-            damage, frame = error, None
-        if frame is None:
-            break
+    try:
+        for frame in ahead(source.frames()):
+            yield from run.take(frame)
+    except DamagedError as error:
+        damage = error
+    yield from run.end()
+    if damage is not None:
+        raise damage
+
+
+class _Lockstep:
+    """A pipeline that takes one frame of an input after the other; see :func:`results_of`."""
+
+    def __init__(
+        self,
+        pipeline: Pipeline,
+        box: Box | None,
+        warn: Callable[[str], None],
+        heat_maps: RecordedMaps | None,
+    ) -> None:
+        self._pipeline, self._warn, self._heat_maps = pipeline, warn, heat_maps
+        self._held: HeldFrames[InputFrame] = HeldFrames()
+        self._likelihood_shape = (0, 0)
+        self._flushed: list[Replayed] = []
+        self._stamps = Stamps()
+        self._intake = Intake(
+            reset=self._drop_tracks,
+            initialize=pipeline.initialize,
+            warn=lambda _, text: warn(text),
+            initial_box=box,
+        )
+
+    def take(self, frame: InputFrame) -> Iterator[Replayed]:
+        """Yield what a frame of the input completes."""
         results: list[FrameResult] = []
-        answered_by = None
+        answered_by, warn = None, self._warn
         if frame.image is None:
             warn(f'frame {frame.number} cannot be read: {frame.problem}')
         elif frame.stamp_ns <= 0:
             warn(f'frame {frame.number} cannot be used: its stamp is {frame.stamp_ns} ns')
-        elif (order := stamps.take(frame.stamp_ns)) is Order.STALE:
+        elif (order := self._stamps.take(frame.stamp_ns)) is Order.STALE:
             warn(f'frame {frame.number} is dropped: its stamp is not later than the one before')
-            continue
+            return
         else:
             if order is Order.RESET:
                 warn(f'the stamp went back at frame {frame.number}: everything is reset')
-                drop_tracks()
-                intake.armed = True
-            intake.take(frame.image, frame.stamp_ns)
-            yield from flushed
-            flushed.clear()
-            if heat_maps is not None:
-                _add_heat_maps(pipeline, heat_maps(frame), frame, warn)
+                self._drop_tracks()
+                self._intake.armed = True
+            self._intake.take(frame.image, frame.stamp_ns)
+            yield from self._take_flushed()
+            if self._heat_maps is not None:
+                _add_heat_maps(self._pipeline, self._heat_maps(frame), frame, warn)
             try:
-                results = pipeline.update(frame.image, frame.stamp_ns)
+                results = self._pipeline.update(frame.image, frame.stamp_ns)
                 answered_by = frame.stamp_ns
             except InputError as error:
                 warn(f'frame {frame.number} cannot be used: {error}')
-        held.hold(answered_by, frame)
-        yield from answers(results)
-    drop_tracks()
-    yield from flushed
-    if damage is not None:
-        raise damage
+        self._held.hold(answered_by, frame)
+        yield from self._answers(results)
+
+    def end(self) -> Iterator[Replayed]:
+        """Yield what is left when there are no more frames."""
+        self._drop_tracks()
+        yield from self._take_flushed()
+
+    def _answers(
+        self, results: Iterable[FrameResult], *, last: bool = False
+    ) -> Iterator[Replayed]:
+        """Yield results with their frames in order, and blank ones of frames without."""
+        slots = self._pipeline.config.people.max_people
+        for frame, result in self._held.answered(results, last=last):
+            if result is not None:
+                likelihood = result.people[0].track.likelihood
+                self._likelihood_shape = (likelihood.shape[0], likelihood.shape[1])
+            yield Replayed(frame, result or _blank(frame, slots, self._likelihood_shape))
+
+    def _drop_tracks(self) -> None:
+        self._flushed.extend(self._answers(self._pipeline.flush(), last=True))
+        self._pipeline.reset()
+
+    def _take_flushed(self) -> list[Replayed]:
+        flushed, self._flushed = self._flushed, []
+        return flushed
 
 
 def open_heat_maps(place: str, path: Path, max_pixels: int = MOST_PIXELS) -> RecordedMaps:
