@@ -159,6 +159,13 @@ class View:
         windows = windows_about(() if where.everywhere else where.areas, motion, self.shape)
         return self.background.moved([motion], windows), windows
 
+    def share_shown(self, image: WorkingImage, expected: Expected, where: Regions) -> float:
+        """Return the share of what is expected that a frame shows, 1 if few pixels tell."""
+        if image.pyramid.is_blank:
+            return 1.0
+        background, windows = expected
+        return background.agreement(image.lab, self.marked(where.areas), windows)
+
     def accept(
         self,
         image: WorkingImage,
@@ -255,6 +262,10 @@ class WholeView(View):
         """Return the background as it was learnt, of all of the image."""
         self._since = WorldMotion.over([self._since, motion])
         return self.background, [self.all]
+
+    def share_shown(self, image: WorkingImage, expected: Expected, where: Regions) -> float:
+        """Return 1: its background stays where it was learnt."""
+        return 1.0
 
     def clear(self) -> None:
         """Forget the place."""
@@ -366,15 +377,17 @@ class Scene:
         if self.fades:
             for view in self.views:
                 view.background.fade(newest.textured)
-        expected, shares = [], [1.0]
-        for view, step in zip(self.views, steps, strict=True):
-            shown, where = images[view.shape], people.get(view, NOWHERE)
-            expected.append(view.expected(step, where))
-            if not (isinstance(view, WholeView) or shown.pyramid.is_blank):
-                background, windows = expected[-1]
-                shares.append(background.agreement(shown.lab, view.marked(where.areas), windows))
+        regions = [people.get(view, NOWHERE) for view in self.views]
+        expected = [
+            view.expected(step, where)
+            for view, step, where in zip(self.views, steps, regions, strict=True)
+        ]
+        shown = [
+            view.share_shown(images[view.shape], each, where)
+            for view, each, where in zip(self.views, expected, regions, strict=True)
+        ]
         blank = newest.pyramid.is_blank
-        if min(shares) < _LEAST_SHOWN:
+        if min(shown) < _LEAST_SHOWN:
             if leader.frames and newest.pyramid.resembles(leader.now.image.pyramid):
                 self._light.forget()
                 for view in self.views:
