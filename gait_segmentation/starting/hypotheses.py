@@ -107,33 +107,9 @@ def lay_onto(
         border cuts it.
     :param aside: where the body stands in a box that is broader: -1 left, 0 middle, 1 right.
     """
-    difference = np.abs(np.angle(np.exp(1j * (bank.azimuth.astype(np.float64) - view))))
-    sequences = np.flatnonzero(difference <= difference.min() + 1e-3)
-    laid = [template for sequence in sequences for template in bank.templates[sequence]]
-    if angle:
-        laid = [_leaning(template, angle) for template in laid]
-    tight, whole = (
-        np.array([bounding_box((each > level).view(np.uint8)) for each in laid], np.int32)
-        for level in (127, 0)
-    )
-    used = np.flatnonzero(tight[:, 2])
-    laid, tight, whole = [laid[k] for k in used], tight[used], whole[used]
-    cut_top, cut_bottom, cut_left, cut_right = cuts
-    cut = cut_top or cut_bottom
-    sigma = _CUT_SIGMA if cut or (cut_left and cut_right) else _ASPECT_SIGMA
-    factors = _TALLER if cut else (taller,)
-    # Of a body that goes on beyond one side only the other side of the box is that of the body.
-    beyond = (False, True) if cut_left != cut_right and not cut else (False,)
-    options = [(factor, wider) for factor in factors for wider in beyond]
-    which = np.repeat(np.arange(len(laid)), len(options))
-    factor = np.tile([factor for factor, _ in options], len(laid))
-    wide = np.tile([wider for _, wider in options], len(laid))
-    aspect = tight[which, 2] / tight[which, 3]
-    ratio = np.log(aspect * factor * box.height / box.width)
-    weight = np.exp(-0.5 * (np.where(wide, np.minimum(ratio, 0), ratio) / sigma) ** 2)
-    weight[wide & (ratio > _MOST_BEYOND)] = 0
-    likely = weight >= _NEGLIGIBLE * weight.max()
-    which, factor, wide, weight = which[likely], factor[likely], wide[likely], weight[likely]
+    laid, tight, whole = _templates_of(bank, view, angle)
+    which, factor, wide, weight = _likely(box, tight[:, 2] / tight[:, 3], cuts, taller)
+    cut_top, cut_bottom, cut_left, _ = cuts
     x, y, width, height = tight[which].T
     tall = box.height * factor
     top = box.y + box.height - tall if cut_top and not cut_bottom else np.full(len(tall), box.y)
@@ -169,6 +145,53 @@ def lay_onto(
         (middle - body / 2 if angle else top).astype(np.float32),
         body.astype(np.float32),
     )
+
+
+def _templates_of(
+    bank: TemplateBank, view: float, angle: float
+) -> tuple[list[NDArray[np.uint8]], NDArray[np.int32], NDArray[np.int32]]:
+    """Return the templates of a direction, tilted, and the boxes about the body and all of it."""
+    difference = np.abs(np.angle(np.exp(1j * (bank.azimuth.astype(np.float64) - view))))
+    sequences = np.flatnonzero(difference <= difference.min() + 1e-3)
+    laid = [template for sequence in sequences for template in bank.templates[sequence]]
+    if angle:
+        laid = [_leaning(template, angle) for template in laid]
+    tight, whole = (
+        np.array([bounding_box((each > level).view(np.uint8)) for each in laid], np.int32)
+        for level in (127, 0)
+    )
+    used = np.flatnonzero(tight[:, 2])
+    return [laid[k] for k in used], tight[used], whole[used]
+
+
+def _likely(
+    box: Box,
+    aspects: NDArray[np.float64],
+    cuts: tuple[bool, bool, bool, bool],
+    taller: float,
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.bool_], NDArray[np.float64]]:
+    """
+    Choose templates by the aspect of a box; see :func:`lay_onto`.
+
+    :param aspects: of the templates, width over height.
+    :returns: for each choice, (K,), the template, the height of the body in heights of the box,
+        whether it goes on beyond one side, and the weight.
+    """
+    cut_top, cut_bottom, cut_left, cut_right = cuts
+    cut = cut_top or cut_bottom
+    sigma = _CUT_SIGMA if cut or (cut_left and cut_right) else _ASPECT_SIGMA
+    factors = _TALLER if cut else (taller,)
+    # Of a body that goes on beyond one side only the other side of the box is that of the body.
+    beyond = (False, True) if cut_left != cut_right and not cut else (False,)
+    options = [(factor, wider) for factor in factors for wider in beyond]
+    which = np.repeat(np.arange(len(aspects)), len(options))
+    factor = np.tile([factor for factor, _ in options], len(aspects))
+    wide = np.tile([wider for _, wider in options], len(aspects))
+    ratio = np.log(aspects[which] * factor * box.height / box.width)
+    weight = np.exp(-0.5 * (np.where(wide, np.minimum(ratio, 0), ratio) / sigma) ** 2)
+    weight[wide & (ratio > _MOST_BEYOND)] = 0
+    likely = weight >= _NEGLIGIBLE * weight.max()
+    return which[likely], factor[likely], wide[likely], weight[likely]
 
 
 def _span(
