@@ -117,13 +117,7 @@ class Segmenter:
         values = likelihood[window]
         if values.size == 0:
             return self._empty(image, match, 'the person is outside of the image')
-        # The rows and columns of the source that the window covers.
-        ends = ((each.start / scale, each.stop / scale) for each in window)
-        rows, columns = (
-            slice(min(round(start), size), min(round(stop), size))
-            for (start, stop), size in zip(ends, (height, width), strict=True)
-        )
-        crop = rows, columns
+        crop = source_window(window, scale, (height, width))
         # What is finer than the outline is cut is scaled down once, and all work on that.
         source = finest(image[crop], values.shape)
         if occluded is not None:
@@ -137,11 +131,7 @@ class Segmenter:
             logit = logit + odds
         labels = self._solve(lab, logit, psi)
         if config.use_support:
-            support, known = values.astype(np.float32) / np.float32(255), None
-            if odds is not None:
-                support = (support + prior / np.float32(255)) / 2
-                known = (prior > 127) | self._mean.at(place, prior.shape)
-            labels = keep_supported(labels, support, known, place.height)
+            labels = self._supported(labels, values, None if odds is None else prior, place)
         found = Box.around(labels)
         if found is None:
             return self._empty(image, match, _NOBODY)
@@ -159,6 +149,20 @@ class Segmenter:
             # Of so little that none of it is left at full resolution, or off those before.
             return self._empty(image, match, _NOBODY)
         return SegmentationResult(match.stamp_ns, match.track_id, mask, '')
+
+    def _supported(
+        self,
+        labels: NDArray[np.bool_],
+        values: NDArray[np.uint8],
+        prior: NDArray[np.uint8] | None,
+        body: BodyFrame,
+    ) -> NDArray[np.bool_]:
+        """Return the cut without what neither the likelihood nor the prior, if any, supports."""
+        support, known = values.astype(np.float32) / np.float32(255), None
+        if prior is not None:
+            support = (support + prior / np.float32(255)) / 2
+            known = (prior > 127) | self._mean.at(body, prior.shape)
+        return keep_supported(labels, support, known, body.height)
 
     def _solve(
         self, lab: NDArray[np.uint8], logit: NDArray[np.float32], psi: NDArray[np.float32] | None
@@ -265,6 +269,20 @@ def window_about(body: BodyFrame, last: Box | None, shape: tuple[int, int]) -> W
     if last is not None and last.iou(box) > 0:
         box = body_window(body.center_x, body.center_y, body.height, last)
     return box.slices(shape[1], shape[0])
+
+
+def source_window(window: Window, scale: float, shape: tuple[int, int]) -> Window:
+    """
+    Return the rows and columns of the source that a window of the working image covers.
+
+    :param scale: from source to working pixels.
+    :param shape: (H, W) of the source.
+    """
+    rows, columns = (
+        slice(min(round(each.start / scale), size), min(round(each.stop / scale), size))
+        for each, size in zip(window, shape, strict=True)
+    )
+    return rows, columns
 
 
 class MeanLikelihood:
