@@ -129,7 +129,7 @@ def state(folder: Path) -> list[tuple[Path, object]]:
     return [(path, path.is_file() and path.read_bytes()) for path in sorted(folder.rglob('*'))]
 
 
-@examples(28, 200)
+@examples(40, 200)
 @given(data=st.data())
 def test_a_spoilt_file_is_read_as_far_as_it_can_be_or_refused(
     good: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, data: Any

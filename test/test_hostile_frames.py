@@ -107,7 +107,7 @@ def check(result: FrameResult, shape: tuple[int, ...]) -> None:
 
 # Of a tiny person all is too far away for a float, which is capped.
 @pytest.mark.filterwarnings('ignore:overflow encountered in multiply')
-@examples(20, 150)
+@examples(30, 150)
 @given(data=st.data())
 def test_every_frame_has_one_sound_result(data: Any) -> None:
     draw, config = data.draw, PipelineConfig()
