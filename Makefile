@@ -44,7 +44,8 @@ film-given:
 test test-oldest fuzz: export PYTHONDONTWRITEBYTECODE :=
 
 # In order, not the files of few tests last: these take longest, and one worker would wait for the other.
-SHARED := -n $(WORKERS) --dist loadfile --no-loadscope-reorder
+# One worker more than others have, as some tests wait for processes that they start.
+SHARED := -n $(shell expr $(WORKERS) + 1) --dist loadfile --no-loadscope-reorder
 
 test: $(VENV)/installed lint  ## check the code and run all tests
 	$(BIN)/python -m pytest $(SHARED)

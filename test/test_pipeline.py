@@ -16,20 +16,20 @@ from gait_segmentation.tracking import TrackingConfig
 from test.walkers import box_of, clip, couple, overlap, small_bank
 
 
-def pipeline(lag: int = 0, network: str = 'people') -> Pipeline:
+def pipeline(lag: int = 0, network: str = 'boxes') -> Pipeline:
     detector = DetectorConfig(network=network)
     config = PipelineConfig(TrackingConfig(), MatchingConfig(lag=lag), detector=detector)
     return Pipeline(config, small_bank())
 
 
-def started(lag: int = 0) -> Pipeline:
-    pipe = pipeline(lag)
+def started(lag: int = 0, network: str = 'boxes') -> Pipeline:
+    pipe = pipeline(lag, network)
     pipe.initialize(box_of(clip()[0]))
     return pipe
 
 
-def run(lag: int = 0, frames: int = 16) -> list[FrameResult]:
-    pipe = started(lag)
+def run(lag: int = 0, frames: int = 16, network: str = 'boxes') -> list[FrameResult]:
+    pipe = started(lag, network)
     results = []
     for frame in clip()[:frames]:
         results += pipe.update(frame.image, frame.stamp_ns)
@@ -37,7 +37,7 @@ def run(lag: int = 0, frames: int = 16) -> list[FrameResult]:
 
 
 def test_a_walker_is_segmented_from_the_first_box_alone() -> None:
-    results = run()
+    results = run(network='people')
     for result, frame in zip(results, clip(), strict=True):
         (each,) = result.people
         stages = (each.track, each.match, each.segmentation)
@@ -51,7 +51,7 @@ def test_a_walker_is_segmented_from_the_first_box_alone() -> None:
 
 
 def test_nobody_gives_empty_results() -> None:
-    [frame] = pipeline().update(np.full_like(clip()[0].image, 90), 5)
+    [frame] = pipeline(network='people').update(np.full_like(clip()[0].image, 90), 5)
     [result] = frame.people
     assert result.track.box is None
     assert result.track.state == 'empty'
@@ -84,7 +84,7 @@ def test_stale_frames_are_dropped_and_change_nothing(lag: int) -> None:
 
 
 def test_a_heat_map_is_evidence_beside_the_trackers_own() -> None:
-    plain, told = pipeline(network='boxes'), pipeline(network='boxes')
+    plain, told = pipeline(), pipeline()
     contrasts = []
     for pipe in (plain, told):
         pipe.initialize(box_of(clip()[0]))

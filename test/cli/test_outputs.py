@@ -124,7 +124,7 @@ def test_all_own_outputs_are_known_again_and_made_anew_with_force(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     command = [*given, '--count', '6', '--masks', 'masks', '--csv', 'a.csv', '--opengait', 'gait']
-    command += ['--overlay', 'film.avi']
+    command += ['--overlay', 'film.avi', '--detector', 'none']
     assert main(command) == 0
     film = tmp_path / 'film.avi'
     before, first = film.stat().st_mtime_ns, copied(tmp_path)

@@ -56,6 +56,7 @@ def test_every_frame_has_the_pipelines_results(
 ) -> None:
     folder, more, heat_maps, network = tmp_path / 'maps', [], {}, 'people'
     if maps == 'folder':
+        network = 'none'
         folder.mkdir()
         for index, frame in enumerate(clip()[:FRAMES]):
             heat = heat_maps[index] = frame.masks[0]
@@ -63,7 +64,7 @@ def test_every_frame_has_the_pipelines_results(
         # It is in colour, and left out.
         del heat_maps[2]
         cv2.imwrite(str(folder / '0002.png'), cv2.merge([heat, 255 - heat, heat]))
-        more = ['--heat-map', str(folder)]
+        more = ['--heat-map', str(folder), '--set', 'detector.network=none']
     elif maps == 'network':
         heat_maps = {n: each.image[..., 2] for n, each in enumerate(clip()[:FRAMES])}
         network = 'boxes'
@@ -90,7 +91,7 @@ def test_other_outputs_on_request(given: list[str], tmp_path: Path) -> None:
     masks, film, table = tmp_path / 'masks', tmp_path / 'film.mp4', tmp_path / 'table.csv'
     tracks = tmp_path / 'tracks.txt'
     options = ['--masks', str(masks), '--overlay', str(film), '--csv', str(table)]
-    options += ['--tracks', str(tracks)]
+    options += ['--tracks', str(tracks), '--detector', 'none']
     assert main([*given, *options, '--start', '1', '--count', '7', '--width', '240']) == 0
     assert sorted(p.name for p in masks.iterdir()) == [f'{n:04d}.png' for n in range(1, 8)]
     mask = cv2.imread(str(masks / '0002.png'), cv2.IMREAD_UNCHANGED)
@@ -123,7 +124,7 @@ def test_other_outputs_on_request(given: list[str], tmp_path: Path) -> None:
 def test_an_interruption_leaves_a_bag_that_can_be_read(given: list[str], tmp_path: Path) -> None:
     table = tmp_path / 'table.csv'
     walks = tmp_path / 'walks'
-    more = ['--csv', str(table), '--opengait', str(walks)]
+    more = ['--csv', str(table), '--opengait', str(walks), '--detector', 'none']
     (job,) = make_jobs(parser().parse_args([*given, *more]))
     stops = iter([False, False, True])
     report = replay(job, small_bank(), lambda: next(stops))

@@ -3,6 +3,7 @@
 import gc
 import math
 import tracemalloc
+from functools import cache
 
 import cv2
 import numpy as np
@@ -29,6 +30,11 @@ def config(**parameters):
     return MatchingConfig(**{'shifts_x': 4, 'shifts_y': 2, 'scales': 1, **parameters})
 
 
+@cache
+def silhouette(phase, azimuth):
+    return render_silhouette(phase, azimuth, HEIGHT)
+
+
 def walk(azimuth, frames, shift=0, noise=0.0):
     """
     Yield stamp, phase, likelihood and box of somebody who is seen from one direction or several.
@@ -38,7 +44,7 @@ def walk(azimuth, frames, shift=0, noise=0.0):
     rng = np.random.default_rng(0)
     for number, seen_from in enumerate(np.broadcast_to(azimuth, frames).tolist()):
         phase = (0.2 + RATE * number / FPS) % 1
-        drawn = render_silhouette(phase, seen_from, HEIGHT)
+        drawn = silhouette(phase, seen_from)
         image = np.zeros((SIZE[1], SIZE[0] + 200), np.uint8)
         y, x = (SIZE[1] - drawn.shape[0]) // 2, (SIZE[0] - drawn.shape[1]) // 2
         image[y : y + drawn.shape[0], 100 + x + shift : 100 + x + shift + drawn.shape[1]] = drawn

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import math
 from dataclasses import astuple, replace
+from functools import cache
 
 import cv2
 import numpy as np
@@ -34,6 +35,11 @@ def foreign(azimuths, phases=4):
 RATE, HEIGHT = 0.95, 86.4
 
 
+@cache
+def silhouette(phase, azimuth):
+    return render_silhouette(phase, azimuth, HEIGHT)
+
+
 def walked(azimuth, told):
     """Return phase errors modulo half a stride; view, place and height told are wrong."""
     rng = np.random.default_rng(0)
@@ -41,7 +47,7 @@ def walked(azimuth, told):
     found = []
     for number in range(40):
         phase = (0.3 + RATE * number / FPS) % 1
-        drawn = render_silhouette(phase, azimuth, HEIGHT)
+        drawn = silhouette(phase, azimuth)
         image = np.zeros((140, 130), np.uint8)
         top, left = (140 - drawn.shape[0]) // 2, (130 - drawn.shape[1]) // 2
         image[top : top + drawn.shape[0], left : left + drawn.shape[1]] = drawn
