@@ -36,7 +36,7 @@ CONFIGS = {
     'default': PipelineConfig(),
     'late': PipelineConfig(matching=MatchingConfig(lag=3), detector=BOXES),
     'paper': PAPER,
-    'two': PipelineConfig(people=PeopleConfig(max_people=2), detector=BOXES),
+    'two': PipelineConfig(people=PeopleConfig(max_people=2)),
     'found': PipelineConfig(),
 }
 
