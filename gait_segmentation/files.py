@@ -71,13 +71,16 @@ def film_name(path: Path) -> str:
     return os.path.join('.', path)
 
 
-def keep_apart(outputs: Iterable[tuple[str, Path | None]], inputs: Iterable[Path]) -> None:
+def keep_apart(
+    outputs: Iterable[tuple[str, Path | None]], inputs: Iterable[Path], what: str = 'input'
+) -> None:
     """
-    Refuse outputs that would change an input.
+    Refuse outputs that would change an input, or what else is there.
 
     :param outputs: what is said of each file and folder to be written, and where it is to be,
         None if it is not wanted.
     :param inputs: files and folders that are read.
+    :param what: what the message calls these.
     :raises ConfigError: if an output is an input, lies in one or holds one, through links too.
     """
     read = [(path, path.resolve()) for path in inputs]
@@ -93,7 +96,7 @@ def keep_apart(outputs: Iterable[tuple[str, Path | None]], inputs: Iterable[Path
             else:
                 continue
             raise ConfigError(
-                f'{name} {path} {how} the input {given}, which would be changed: choose another '
+                f'{name} {path} {how} the {what} {given}, which would be changed: choose another '
                 'place'
             )
 

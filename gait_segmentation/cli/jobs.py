@@ -77,10 +77,12 @@ class Job:
         Check the places of all outputs, before anything is written.
 
         :param inputs: all that the command reads.
-        :raises ConfigError: if one would change an input.
+        :raises ConfigError: if one would change an input or another output.
         :raises SequenceError: if a place is taken by something else.
         """
-        for kind, path in self.outputs.items():
+        places = list(self.outputs.values())
+        for number, (kind, path) in enumerate(self.outputs.items()):
+            keep_apart([(kind.option, path)], places[:number], 'output')
             keep_apart([(kind.option, each) for each in (path, partial_path(path))], inputs)
             kind.check(path)
 

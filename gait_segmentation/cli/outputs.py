@@ -7,16 +7,20 @@ from __future__ import annotations
 import cmath
 import contextlib
 import csv
+import fcntl
 import math
 import pickle
 import re
 import shutil
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, ClassVar
 
+import av
 import cv2
 import numpy as np
+from av.error import FFmpegError
 from numpy.typing import NDArray
 
 from gait_segmentation.drawing import draw_label, draw_person
@@ -83,6 +87,23 @@ def remove(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
+@contextlib.contextmanager
+def _alone(path: Path) -> Iterator[None]:
+    """Keep other commands from a place; SequenceError if one is making something there."""
+    lock = path.with_name(f'.{path.name}.lock')
+    with lock.open('w') as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise SequenceError(f'{path} is being made by another command') from error
+        except OSError:
+            pass  # Some file systems of networks have no locks.
+        try:
+            yield
+        finally:
+            lock.unlink(missing_ok=True)
+
+
 class Output(ABC):
     """
     A file or folder of results.
@@ -112,19 +133,22 @@ class Output(ABC):
         :param size: width and height of the frames.
         :param slots: for people.
         :raises OSError: if it cannot be written.
-        :raises SequenceError: if the place cannot be used, see :meth:`check`.
+        :raises SequenceError: if the place cannot be used, see :meth:`check`, or is in use.
         """
         self.check(path)
         path.parent.mkdir(parents=True, exist_ok=True)
         self.path, self.work = path, partial_path(path)
         self.size, self.fps, self.slots = size, fps, slots
         self._closed = False
+        self._held = contextlib.ExitStack()
+        self._held.enter_context(_alone(path))
         remove(self.work)
         try:
             with named(path):
                 self.begin()
         except BaseException:
             remove(self.work)
+            self._held.close()
             raise
 
     @classmethod
@@ -185,7 +209,7 @@ class Output(ABC):
             return
         self._closed = True
         failures = () if complete else (OSError, SequenceError)
-        with contextlib.suppress(*failures), named(self.path):
+        with self._held, contextlib.suppress(*failures), named(self.path):
             self.finish()
             if complete:
                 remove(self.path)
@@ -344,9 +368,19 @@ class OverlayOutput(Output):
     help = 'a film (.mp4) with outline, box, id, and of who walks direction and phase (strides)'
     suffix = '.mp4'
 
+    @classmethod
+    def is_own(cls, path: Path) -> bool:
+        """Return whether it is a film as this class encodes them."""
+        with contextlib.suppress(FFmpegError), av.open(film_name(path)) as film:
+            codecs = [getattr(each.codec_context, 'name', '') for each in film.streams.video]
+            return codecs == ['mpeg4']
+        return False
+
     def begin(self) -> None:
         """Open the film; SequenceError if there is no encoder for the name."""
         self._frames = 0
+        # OpenCV does not say why it cannot write: the disk may be full.
+        self.work.write_bytes(bytes(4096))
         # No other backend: for a name it does not know OpenCV's next one throws, aloud.
         self._film = cv2.VideoWriter(
             film_name(self.work),
@@ -394,6 +428,13 @@ class CsvOutput(Output):
     help = 'a table of boxes, phase, cadence, azimuth and confidence, a row a person and frame'
     suffix = '.csv'
     columns: ClassVar[tuple[str, ...]] = TABLE_COLUMNS
+    begins: ClassVar[bytes] = rb'frame,stamp_ns,'
+
+    @classmethod
+    def is_own(cls, path: Path) -> bool:
+        """Return whether it begins as such a table does."""
+        with path.open('rb') as file:
+            return re.match(cls.begins, file.readline(1000)) is not None
 
     def begin(self) -> None:
         """Begin the table."""
@@ -420,6 +461,7 @@ class TracksOutput(CsvOutput):
     help = 'tracks as MOTChallenge has them: frame (from 1), id, x, y, width, height, score'
     suffix = '.txt'
     columns = ()
+    begins = rb'\d+,\d+,.*,-1,-1,-1$'
 
     def add(self, frame: InputFrame, result: FrameResult) -> None:
         """Write a row for each person who is seen."""

@@ -191,8 +191,12 @@ def _replay_all(options: argparse.Namespace) -> int:
         job.check(read)
     jobs = [job for job in wanted if job.missing(force=options.force)]
     for job in wanted:
-        if job not in jobs:
-            print(f'{job.input}: done before, see {job.bag}; --force makes it again')
+        missing = job.missing(force=options.force).values()
+        if there := ', '.join(str(each) for each in job.outputs.values() if each not in missing):
+            print(
+                f'{job.input}: done before, of this or another input, and left as it is: {there}; '
+                '--force makes it again'
+            )
     reports: list[Report] = []
     if jobs:
         started = time.monotonic()

@@ -20,6 +20,7 @@ from typing import Any
 import pytest
 
 from gait_segmentation.cli import jobs
+from gait_segmentation.cli.outputs import BagOutput
 from gait_segmentation.cli.replay import main
 from test.inputs.bags import compressed_fields, stamp, write_bag2
 from test.walkers import clip
@@ -117,6 +118,32 @@ def test_outputs_and_codes_are_the_same_wherever_inputs_are_replayed(
         assert main(['missing.mp4', *command, out, '--masks', f'{out}/masks', *more]) == 2
         assert capsys.readouterr().out.count('done before') == 2
     assert found[0] == found[1] == found[2] != {}
+
+
+def test_of_two_commands_into_the_same_outputs_one_is_refused(
+    two: list[str], tmp_path: Path, capfd
+) -> None:
+    out, command = tmp_path / 'out/one', [two[0], *two[2:], '--count', '2']
+    first = BagOutput(out)
+    assert main(command) == 2
+    assert f'{out} is being made by another command' in capfd.readouterr().err
+    first.close(complete=True)
+    assert [path.name for path in out.parent.iterdir()] == ['one']
+    assert main([*command, '--force']) == 0
+
+
+@pytest.mark.parametrize(
+    ('tracks', 'said'),
+    [('a.csv', 'is'), ('link.csv', 'is'), ('out/one/a.txt', 'lies in')],
+)
+def test_two_outputs_at_the_same_place_are_refused_before_anything_is_made(
+    tracks: str, said: str, two: list[str], tmp_path: Path, capsys, monkeypatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path('link.csv').symlink_to('a.csv')
+    assert main([two[0], *two[2:], '--csv', 'a.csv', '--tracks', tracks]) == 2
+    assert f'error: --tracks {tracks} {said} the output ' in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ['link.csv']
 
 
 def test_of_a_killed_worker_it_is_told_and_the_same_command_continues(

@@ -18,6 +18,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from gait_segmentation.cli.lockstep import Replayed
 from gait_segmentation.cli.outputs import (
+    OUTPUTS,
     BagOutput,
     CsvOutput,
     MasksOutput,
@@ -90,8 +91,11 @@ def foreign(place: str, tmp_path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     if place == 'out/walk':
         write_bag2(path, {'/mask': [image_fields(clip()[0].image, stamp(0))]})
-    elif path.suffix == '.png':
+    elif path.suffix in ('.png', '.jpg'):
         cv2.imwrite(str(path), clip()[0].image)
+    elif path.suffix == '.avi':
+        # As a camera writes them.
+        cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*'MJPG'), 30, (320, 240)).release()
     else:
         path.write_text('frame,grade\n1,A\n')
 
@@ -103,6 +107,11 @@ def foreign(place: str, tmp_path: Path) -> None:
         ([], 'out/walk.partial/thesis.tex', 'out/walk.partial'),
         (['--masks', 'masks'], 'masks/0000.png', 'masks'),
         (['--csv', 'table'], 'table/a.csv', 'table'),
+        (['--csv', 'marks.csv'], 'marks.csv', 'marks.csv'),
+        (['--tracks', 'marks.csv'], 'marks.csv', 'marks.csv'),
+        (['--overlay', 'marks.txt'], 'marks.txt', 'marks.txt'),
+        (['--overlay', 'a.jpg'], 'a.jpg', 'a.jpg'),
+        (['--overlay', 'a.avi'], 'a.avi', 'a.avi'),
         (['--opengait', 'gait'], 'gait/walk/thesis.tex', 'gait/walk'),
     ],
 )
@@ -124,7 +133,7 @@ def test_all_own_outputs_are_known_again_and_made_anew_with_force(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     command = [*given, '--count', '6', '--masks', 'masks', '--csv', 'a.csv', '--opengait', 'gait']
-    command += ['--overlay', 'film.avi', '--detector', 'none']
+    command += ['--overlay', 'film.avi', '--tracks', 'a.txt', '--detector', 'none']
     assert main(command) == 0
     film = tmp_path / 'film.avi'
     before, first = film.stat().st_mtime_ns, copied(tmp_path)
@@ -222,6 +231,25 @@ def test_the_name_of_a_film_is_but_a_name(name: str, tmp_path: Path, monkeypatch
     monkeypatch.chdir(tmp_path)
     OverlayOutput(Path(name), (64, 48), 25.0).close(complete=True)
     assert [path.name for path in tmp_path.iterdir()] == [name]
+
+
+def test_a_film_that_cannot_be_begun_says_why(tmp_path: Path) -> None:
+    with room_for(100), pytest.raises(OSError, match='File too large') as caught:
+        OverlayOutput(tmp_path / 'walk.mp4', (64, 48), 25.0)
+    assert 'walk' in str(caught.value.filename)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize('kind', OUTPUTS)
+def test_an_output_is_made_by_one_at_a_time(kind: Any, tmp_path: Path) -> None:
+    place = tmp_path / 'walk.mp4'
+    first = kind(place, (64, 48), 25.0)
+    for _ in range(2):
+        with pytest.raises(SequenceError, match='is being made by another command'):
+            kind(place, (64, 48), 25.0)
+    first.close(complete=False)
+    kind(place, (64, 48), 25.0).close(complete=True)
+    assert [path.name for path in tmp_path.iterdir()] == ['walk.mp4']
 
 
 def test_a_film_that_lacks_frames_since_the_disk_is_full_is_an_error(tmp_path: Path) -> None:

@@ -121,6 +121,22 @@ def test_other_outputs_on_request(given: list[str], tmp_path: Path) -> None:
     ]
 
 
+def test_of_outputs_that_are_there_it_is_said_that_they_stay(
+    given: list[str], tmp_path: Path, capsys
+) -> None:
+    bag, table, tracks = tmp_path / 'out/walk', tmp_path / 'a.csv', tmp_path / 'a.txt'
+    command = [*given, '--count', '2', '--detector', 'none', '--csv', str(table)]
+    assert main(command) == 0
+    assert 'left as it is' not in capsys.readouterr().out
+    # Of another input, too: its bag is made, and the table is the old one.
+    assert main([*command, '--out', str(tmp_path / 'other'), '--tracks', str(tracks)]) == 0
+    assert f'left as it is: {table}; --force' in capsys.readouterr().out
+    assert main(command) == 0
+    assert f'left as it is: {bag}, {table}; --force' in capsys.readouterr().out
+    assert main([*command, '--force']) == 0
+    assert 'left as it is' not in capsys.readouterr().out
+
+
 def test_an_interruption_leaves_a_bag_that_can_be_read(given: list[str], tmp_path: Path) -> None:
     table = tmp_path / 'table.csv'
     walks = tmp_path / 'walks'
