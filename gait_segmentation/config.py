@@ -49,6 +49,7 @@ class Parameter:
     choices: tuple[str, ...] | None
     fixed: bool
     read_only: bool = False
+    names: tuple[str, ...] = ()
 
     @property
     def is_switch(self) -> bool:
@@ -85,7 +86,7 @@ class Parameter:
                 return float(value)
             except OverflowError:
                 return math.inf
-        if self.choices and 'none' in self.choices and (value is False or value in _NONE):
+        if 'none' in (self.choices or self.names) and (value is False or value in _NONE):
             return 'none'
         return value
 
@@ -127,6 +128,7 @@ def parameter(
     choices: tuple[str, ...] | None = None,
     fixed: bool = False,
     read_only: bool = False,
+    names: tuple[str, ...] = (),
 ) -> Any:
     """
     Declare one parameter of a stage.
@@ -140,10 +142,11 @@ def parameter(
     :param choices: the texts allowed.
     :param fixed: whether it is read when a node is configured, and may change only before.
     :param read_only: whether it is read when a node starts, and may never change.
+    :param names: texts that have a meaning, where others are allowed, too.
     """
     kind = type(default)
     about = Parameter(
-        '', kind, default, description, unit, minimum, maximum, choices, fixed, read_only
+        '', kind, default, description, unit, minimum, maximum, choices, fixed, read_only, names
     )
     return dataclasses.field(default=default, metadata={_KEY: about})
 

@@ -7,6 +7,7 @@ from dataclasses import FrozenInstanceError, dataclass, field, replace
 import pytest
 
 from gait_segmentation.config import StageConfig, overridden, parameter
+from gait_segmentation.detector.networks import DetectorConfig
 from gait_segmentation.errors import ConfigError, GaitSegmentationError
 
 
@@ -43,11 +44,13 @@ class Switched(StageConfig):
     """An example of a choice that can be none."""
 
     way: str = parameter('a', 'Which.', choices=('a', 'none'))
+    file: str = parameter('a', 'Which.', names=('a', 'none'))
 
 
 @pytest.mark.parametrize('given', ['none', 'off', 'false', False])
 def test_off_which_yaml_reads_as_false_is_none(given: object) -> None:
-    assert Switched(way=given).way == 'none'
+    assert Switched(way=given).way == Switched(file=given).file == 'none'
+    assert DetectorConfig(network=given).network == 'none'
     with pytest.raises(ConfigError, match='way must be one of a, none, got True'):
         Switched(way=True)
 

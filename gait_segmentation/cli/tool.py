@@ -228,12 +228,18 @@ def read_parameter_file(path: Path, settings: Settings | None = None) -> Setting
     Sections of other nodes, and parameters that only nodes have, are left out.
 
     :param settings: what holds where the file says nothing; the defaults if None.
-    :raises ConfigError: if it cannot be read, or a stage has no such parameter or value.
+    :raises ConfigError: if it cannot be read, says nothing to these nodes, or a stage has no such
+        parameter or value.
     """
     settings = settings or Settings()
-    for name, section in sections_of(read_yaml(path, ConfigError)):
-        if name not in _SECTIONS:
-            continue
+    content = read_yaml(path, ConfigError)
+    sections = [section for name, section in sections_of(content) if name in _SECTIONS]
+    if not sections:
+        raise ConfigError(
+            f'{path} sets no parameters: it must hold a node such as /** or gait_pipeline, in it '
+            'ros__parameters, and in that the parameters'
+        )
+    for section in sections:
         given = _flat(section)
         for parameter, meant in misnamed(given, _names(settings.config)).items():
             hint = f': did you mean {meant}?' if meant else ', see docs/parameters.md'

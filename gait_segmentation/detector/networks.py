@@ -34,6 +34,7 @@ class DetectorConfig(StageConfig):
         'boxes = the detector alone; FILE.onnx = a network of your own, for boxes or a heat map; '
         'none = no network: boxes are given, or people are in a heat map.',
         fixed=True,
+        names=SHIPPED,
     )
     person_class: int = parameter(
         -1,

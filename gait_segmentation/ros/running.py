@@ -12,6 +12,7 @@ import os
 import signal
 import sys
 import tempfile
+from contextlib import suppress
 
 import cv2
 import rclpy
@@ -119,4 +120,6 @@ def _check(make: type[GaitNode], arguments: list[str]) -> None:
         epilog=_EPILOG.format(remap=remap),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.parse_args(remove_ros_args(arguments)[1:])
+    # Of wrong ROS arguments rclpy.init tells.
+    with suppress(Exception):
+        parser.parse_args(remove_ros_args(arguments)[1:])

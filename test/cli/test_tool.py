@@ -10,7 +10,7 @@ import pytest
 
 from gait_segmentation import kernels as module
 from gait_segmentation.cli import warm_up as command
-from gait_segmentation.cli.tool import run_tool, scaled_box
+from gait_segmentation.cli.tool import read_parameter_file, run_tool, scaled_box
 from gait_segmentation.errors import ConfigError, SequenceError
 from gait_segmentation.geometry import Box
 from gait_segmentation.kernels import kernel
@@ -102,6 +102,25 @@ def test_what_is_compiled_is_counted(monkeypatch: pytest.MonkeyPatch, tmp_path, 
 
     assert command.main([]) == 0
     assert capsys.readouterr().out == 'kernels compiled, and kept for the next start: 2\n'
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        '',
+        'max_people: 2',
+        'ros__parameters: {max_people: 2}',
+        'gait_traker: {ros__parameters: {max_people: 2}}',
+        'gait_tracker: {max_people: 2}',
+    ],
+)
+def test_a_parameter_file_that_sets_nothing_is_refused(text: str, tmp_path: Path) -> None:
+    file = tmp_path / 'params.yaml'
+    file.write_text(text)
+    with pytest.raises(ConfigError, match=r'sets no parameters.*ros__parameters'):
+        read_parameter_file(file)
+    file.write_text('/robot/gait_tracker: {ros__parameters: {max_people: 2}}')
+    assert read_parameter_file(file).config.people.max_people == 2
 
 
 def test_a_first_box_is_given_in_the_pixels_of_the_input() -> None:

@@ -96,6 +96,8 @@ LONG = ['--ros-args', '-r', f'__ns:=/{"a" * 240}']
             1,
             'prior must be one of none, default, paper',
         ),
+        (['matcher', '--ros-args', '--params-file', 'nosuch.yaml'], 2, 'nosuch.yaml'),
+        (['matcher', '--ros-args', '-r', 'a:=b:='], 2, 'gait_matcher: error: '),
         (['matcher', *LONG], 1, 'error: Invalid service name: topic length should not'),
     ],
 )
