@@ -81,7 +81,6 @@ class DetectorScheduler:
             # While somebody is missing, frames have less to lose by it.
             self.pools = ThreadPoolExecutor(1, 'calm', _give_way), ThreadPoolExecutor(1, 'urgent')
         self._clock = clock
-        self._blind = False
         self.pace = 1.0
         """Share of the masks asked for that a busy computer has time for; looks go on longer."""
 
@@ -89,6 +88,7 @@ class DetectorScheduler:
 
     def reset(self) -> None:
         """Look at the next frame, whatever its stamp is."""
+        self._blind = False
         self._last_ns: int | None = None
         self._close_ns: int | None = None
         self._drawn_ns: int | None = None
@@ -97,10 +97,14 @@ class DetectorScheduler:
         self.newest: Detections | None = None
         """The newest that say who is there, if any do, for the diagnostics."""
 
-    def load(self) -> None:
-        """Load the networks, as else the first look does, which says if they cannot be."""
-        with suppress(GaitSegmentationError), self._lock:
-            self._open()
+    def load(self) -> str:
+        """Load the networks, as else the first look does; return why not, if they cannot be."""
+        try:
+            with self._lock:
+                self._open()
+        except GaitSegmentationError as error:
+            return str(error)
+        return ''
 
     def _open(self) -> Networks:
         if self._networks is None:

@@ -75,7 +75,7 @@ class CameraNode(GaitNode):
             self.parameters.get(DetectorConfig), threaded=True, clock=time.perf_counter
         )
         # Before the first frame comes: it takes half a second.
-        self._scheduler.load()
+        self._note_error(self._scheduler.load())
         self._pace = Pace()
         return self._scheduler
 
@@ -91,12 +91,18 @@ class CameraNode(GaitNode):
         self.intake.take(image, stamp_ns)
         self._scheduler.pace = self._pace.update(self.load, time.monotonic())
         seen = self._scheduler.newest
-        if seen is not None and seen.error:
-            self.warnings.warn('detector', f'nobody is found by the detector: {seen.error}')
+        if seen is not None:
+            self._note_error(seen.error)
         if self.intake.shape != before:
             self._size.publish(RegionOfInterest(height=image.shape[0], width=image.shape[1]))
         self.maps.note(stamp_ns, self.parameters.get(TrackingConfig).heat_map_age)
         return image, stamp_ns
+
+    def _note_error(self, error: str) -> None:
+        """Note what is wrong with the detector, empty if nothing is, and warn of it."""
+        self.trouble = error and f'nobody is found by the detector: {error}'
+        if error:
+            self.warnings.warn('detector', self.trouble)
 
     def drop_tracks(self) -> None:
         """Publish what is held back and drop all tracks, but not the boxes that wait."""
@@ -107,6 +113,8 @@ class CameraNode(GaitNode):
         """Drop the boxes that wait for the next frame, too."""
         super().reset()
         self.intake.requested.clear()
+        # It is tried again, and what is wrong still holds.
+        self._note_error(self._scheduler.load())
 
     def _forget(self) -> None:
         self.tracks = ()

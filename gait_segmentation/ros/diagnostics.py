@@ -223,8 +223,14 @@ def missing_input(node: Any) -> str:
         for each in node.get_publishers_info_by_topic(topic)
         if each.topic_type in _IMAGES and each.node_name not in NODES
     )
-    text = f'no images come on {node.resolve_topic_name(node.camera_topic)}'
+    own, kind = node.resolve_topic_name(node.camera_topic), _IMAGES[node.camera_topic != 'image']
+    text = f'no images come on {own}'
     if not found:
         return f'{text}: start the camera, or remap image to its topic'
+    if f'{own} ({kind})' in found:
+        return (
+            f'{text}, though a node publishes there: it sends none, its QoS does not fit, or '
+            'large images are lost on the way, see docs/ros_troubleshooting.md'
+        )
     there = ', '.join(found)
     return f'{text}, there are {there}: remap image (image:=TOPIC), or set image_transport'

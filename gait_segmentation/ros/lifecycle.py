@@ -231,8 +231,8 @@ class GaitNode(LifecycleNode):
         self._dropped(
             event.total_count_change,
             'lost on the way: start the camera with FASTRTPS_DEFAULT_PROFILES_FILE set to '
-            'config/fastdds_shm.xml of this package (here it does not help), or set '
-            'reliability to reliable, or image_transport to compressed',
+            'config/fastdds_shm.xml of this package (for this node alone it does not help), or '
+            'set reliability to reliable, or image_transport to compressed',
         )
 
     def enter(self, stamp_ns: int) -> bool:

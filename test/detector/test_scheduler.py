@@ -181,6 +181,12 @@ def test_what_cannot_be_loaded_is_said_once_by_a_thread_and_always_in_lockstep()
     assert [each and each.people for each in said] == [None] * 4
     assert ['FILE.onnx' in each.error for each in said if each is not None] == [True]
     assert 'FILE.onnx' in scheduler.newest.error
+    scheduler.reset()
+    for second in (1, 2):
+        scheduler.look(IMAGE, second * 10**9, urgent=True)
+        done(scheduler)
+    assert scheduler.newest is not None
+    assert 'FILE.onnx' in scheduler.newest.error
 
 
 def test_a_look_that_fails_in_a_thread_is_not_the_last():
@@ -205,13 +211,13 @@ def test_networks_are_loaded_once_before_the_first_look_if_they_can_be(monkeypat
     loaded = []
     monkeypatch.setattr(module, 'open_networks', lambda *asked: loaded.append(asked) or DETECTOR)
     scheduler = DetectorScheduler(DetectorConfig(network='boxes'))
-    scheduler.load()
+    assert scheduler.load() == ''
     assert loaded == [('boxes', -1)]
     assert looks(scheduler, urgent=True)[0].people == (SOMEBODY,)
     assert scheduler.draw(IMAGE, 10**9, [SOMEBODY.box]) == []
     assert len(loaded) == 1
     monkeypatch.undo()
     missing = DetectorScheduler(DetectorConfig(network='none.onnx'))
-    missing.load()
+    assert 'none.onnx cannot be loaded' in missing.load()
     with pytest.raises(DetectorError, match=r'none\.onnx cannot be loaded'):
         missing.look(IMAGE, 10**9, urgent=True)

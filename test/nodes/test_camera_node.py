@@ -8,11 +8,15 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from sensor_msgs.msg import Image
+from std_srvs.srv import Trigger
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.nodes.camera_node import MapIntake, new_people, read_detections
+from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.results import TrackResult
 from gait_segmentation.streams.config import StartConfig
+from test.nodes.bench import Bench, frame
 
 
 def track(track_id: int, box: Box | None, confidence: float = 0.75) -> TrackResult:
@@ -59,6 +63,23 @@ def test_only_new_people_start_and_only_in_free_slots() -> None:
     # What another message has asked for just before takes a slot, too.
     assert new_people([far, further], [], 3, [far]) == [further]
     assert new_people([far, further], [], 1, [near]) == []
+
+
+def test_a_detector_that_cannot_be_loaded_is_told_from_the_start(bench: Bench) -> None:
+    node = bench.add(TrackerNode, **{'detector.network': 'none.onnx'})
+    assert 'detector' in node.warnings.said_s
+    bench.record_outputs('person_0/box')
+    camera = bench.publisher(Image, 'image', 1)
+    # A reset leaves it so, and has it tried again.
+    for first in (0, 30):
+        assert node.trouble.startswith('nobody is found by the detector: none.onnx cannot be')
+        assert node.status()['detector'] == 'has not looked'
+        for index in range(first, first + 30):
+            bench.feed(camera, [frame(index)])
+        assert node.status()['detector'].startswith('none.onnx cannot be loaded')
+        assert node.trouble.endswith(node.status()['detector'])
+        bench.call(Trigger, 'gait_tracker/reset', Trigger.Request())
+        bench.settle()
 
 
 def map_message(second: int, encoding: str = 'mono8', value: float = 255) -> Any:

@@ -183,6 +183,19 @@ def test_without_images_it_is_said_where_there_are_some() -> None:
     assert missing_input(graph).startswith(said)
 
 
+def test_images_that_are_announced_where_they_are_awaited_may_be_lost() -> None:
+    text = 'no images come on /image'
+    assert missing_input(Seeing(image=('v4l2', RAW))).startswith(
+        f'{text}, though a node publishes'
+    )
+    # Of another type they are not what is awaited.
+    other = missing_input(Seeing(image=('v4l2', COMPRESSED)))
+    assert other.startswith(f'{text}, there are /image ({COMPRESSED}): remap')
+    node = Seeing(image__compressed=('v4l2', COMPRESSED))
+    node.camera_topic = 'image/compressed'
+    assert 'though a node publishes there' in missing_input(node)
+
+
 def test_topics_that_nobody_publishes_are_named_with_who_should() -> None:
     assert missing_input(Waiting(person_0__box=('other', 'x'))) == (
         'nothing to do: no node publishes /person_0/likelihood; is gait_tracker running and '
