@@ -40,6 +40,8 @@ walks = defaultdict(list)  # by track id: time in s, phase, strides per s, direc
 portraits = []
 pipeline = Pipeline()
 for frame in film.frames():
+    if frame.image is None:  # cannot be read
+        continue
     for result in pipeline.update(frame.image, frame.stamp_ns):
         for person in result.people:
             track, match, time_s = person.track, person.match, result.stamp_ns / 1e9

@@ -61,7 +61,6 @@ def axis_tilt(mask: NDArray[np.uint8]) -> float:
 
 def check_image(image: NDArray[np.uint8]) -> None:
     """Raise InputError for all but (height, width, 3) uint8 with at least one pixel."""
-    # Such as the None that OpenCV returns at the end of a film.
     known = isinstance(image, np.ndarray) and image.dtype == np.uint8 and image.size > 0
     if not (known and image.ndim == 3 and image.shape[2] == 3):
         raise InputError(
@@ -71,6 +70,8 @@ def check_image(image: NDArray[np.uint8]) -> None:
 
 
 def _kind(array: Any) -> str:
+    if array is None:
+        return 'None, as of a frame that cannot be read'
     if isinstance(array, np.ndarray):
         return f'{array.shape} {array.dtype}'
     return type(array).__name__

@@ -206,6 +206,20 @@ def test_the_example_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.Monk
     assert found['frame'].stamp_ns == FRAMES * 10**9 // 30
 
 
+def test_the_example_of_the_readme_leaves_out_what_cannot_be_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / 'walk.mp4'
+    folder.mkdir()
+    for index, image in enumerate(images()[:3]):
+        cv2.imwrite(str(folder / f'{index}.png'), image)
+    (folder / '1.png').write_bytes(b'no picture')
+    monkeypatch.chdir(tmp_path)
+    found: dict[str, Any] = {}
+    exec(example('README.md'), found)
+    assert found['frame'].stamp_ns == 3 * 10**9 // 30
+
+
 def test_the_example_of_the_library_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     class Camera:
         def __init__(self, number: int) -> None:

@@ -38,6 +38,11 @@ def test_what_is_no_bgr_image_is_refused(image: object) -> None:
         check_image(image)  # type: ignore[arg-type]
 
 
+def test_of_a_frame_that_is_not_there_it_is_said_where_such_come_from() -> None:
+    with pytest.raises(InputError, match='got None, as of a frame that cannot be read'):
+        check_image(None)  # type: ignore[arg-type]
+
+
 def test_signed_distance_is_positive_inside_and_the_diagonal_without_an_edge() -> None:
     inside = np.zeros((21, 21), np.bool_)
     inside[8:13, :] = True

@@ -182,7 +182,7 @@ def _opened(path: Path) -> Any:
     """Return a session for a file; what lies beside it, as its weights may, is found, too."""
     runtime = onnx_runtime()
     if runtime is None:
-        raise DetectorError(f'{path} needs ONNX Runtime, which is {not_installed("onnxruntime")}')
+        raise DetectorError(f'{path} needs ONNX Runtime: {not_installed("onnxruntime")}')
     try:
         with path.open('rb') as file:
             start = file.read(64)

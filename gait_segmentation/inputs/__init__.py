@@ -49,12 +49,14 @@ def open_input(
     :raises SequenceError: if the input is missing, holds no images, or has no such frames.
     """
     path = Path(path)
-    if re.match(r'[a-z]+:/', str(path)) and not path.exists():
+    if re.match(r'[A-Za-z]+:/', str(path)) and not path.exists():
         raise SequenceError(
             f'{path} is an address and no file: fetch the film, or have a node publish the '
             'stream, such as ros2 run image_publisher image_publisher_node URL'
         )
-    if path.is_char_device() or (path.name.isdigit() and not path.exists()):
+    if path.is_char_device() or (
+        not path.exists() and (path.name.isdigit() or str(path).startswith('/dev/video'))
+    ):
         raise SequenceError(
             f'{path} is a camera and no recording: its driver publishes it, such as '
             'ros2 run v4l2_camera v4l2_camera_node'

@@ -175,5 +175,8 @@ def test_a_file_that_is_no_network_is_refused_in_a_line(tmp_path, monkeypatch):
         assert name in str(raised.value)
         assert '\n' not in str(raised.value)
     monkeypatch.setattr('gait_segmentation.detector.onnx_file.onnx_runtime', lambda: None)
-    with pytest.raises(DetectorError, match=r'needs ONNX Runtime.*pip install onnxruntime'):
+    with pytest.raises(
+        DetectorError,
+        match=r'needs ONNX Runtime: the .* is not installed: pip install onnxruntime',
+    ):
         opened(box_network(tmp_path, yolox()))

@@ -249,7 +249,9 @@ def test_what_is_asked_for_and_cannot_be_is_refused(folder: Path, given: dict, s
     [
         ('nowhere', 'does not exist'),
         ('rtsp://10.0.0.1/x', 'is an address'),
+        ('RTSP://10.0.0.1/x', 'is an address'),
         ('0', 'is a camera'),
+        ('/dev/video97', 'is a camera'),
         ('notes.txt', 'cannot be read as a film'),
         ('empty', r'holds no images .* and no bag$'),
         ('films', r'and no bag: give each film or bag in it, such as films/\*'),
