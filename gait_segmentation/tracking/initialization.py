@@ -35,6 +35,12 @@ _SOLID = 0.3
 _BY_PLACE = 0.1
 """How much less alike a lost person may look where they are expected than far from there."""
 
+_MOST_GROWN = 0.4
+"""
+The most by which the height of a lost person, as a logarithm, may be another at once, and by which
+more in each second.
+"""
+
 _ABOUT = 0.3
 """How far about a person found the place is remembered, in body heights."""
 
@@ -121,7 +127,8 @@ def recognized(lost: Sequence[Track], view: View, start: FirstMask) -> Track | N
     """
     Return who of those who are lost has been found again, if it is one of them.
 
-    The farther they are expected from there, the more alike they have to look.
+    The farther they are expected from there, the more alike they have to look, and nobody is soon
+    of another height.
 
     :param start: the first mask, in the newest frame of the view.
     """
@@ -136,6 +143,8 @@ def recognized(lost: Sequence[Track], view: View, start: FirstMask) -> Track | N
 def _by_place(place: Box, lost: Track) -> float:
     """Return how much less alike a lost person may look in a place than as far as they can be."""
     last = lost.body
+    if abs(math.log(place.height / last.height)) > _MOST_GROWN * (1 + lost.lost_s):
+        return -math.inf
     away = math.hypot(place.center_x - last.center_x, place.center_y - last.center_y)
     farther = away / last.height - lost.reach
     # Who was not lost, but drawn away by something else, may be anywhere.

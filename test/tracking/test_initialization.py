@@ -140,9 +140,31 @@ def test_who_can_hardly_have_come_so_far_must_look_the_more_alike(
     alike: float, heights: float, reach: float, same: bool
 ) -> None:
     box = Box(10, 10, 20, 50)
-    lost = SimpleNamespace(reach=reach, similarity=lambda *_: alike, body=box)
+    lost = SimpleNamespace(reach=reach, similarity=lambda *_: alike, body=box, lost_s=0.0)
     view = SimpleNamespace(now=None, scale=0.5)
     start = SimpleNamespace(box=box.shifted(50 * heights, 0).scaled(0.5))
+    assert recognized([lost], view, start) is (lost if same else None)
+
+
+@pytest.mark.parametrize(
+    ('taller', 'lost_s', 'same'),
+    [
+        (1.4, 0.0, True),
+        (1.6, 0.0, False),
+        (1.6, 0.5, True),
+        (2.5, 1.0, False),
+        (0.7, 0.0, True),
+        (0.6, 0.0, False),
+        (0.5, 1.0, True),
+    ],
+)
+def test_who_is_of_another_height_at_once_is_somebody_else(
+    taller: float, lost_s: float, same: bool
+) -> None:
+    box = Box(10, 10, 20, 50)
+    lost = SimpleNamespace(reach=9.0, similarity=lambda *_: 1.0, body=box, lost_s=lost_s)
+    view = SimpleNamespace(now=None, scale=0.5)
+    start = SimpleNamespace(box=Box.from_center(20, 35, 20, 50 * taller).scaled(0.5))
     assert recognized([lost], view, start) is (lost if same else None)
 
 
