@@ -44,10 +44,11 @@ film-given:
 test test-oldest fuzz: export PYTHONDONTWRITEBYTECODE :=
 
 # In order, not the files of few tests last: these take longest, and one worker would wait for the other.
-# One worker more than others have, as some tests wait for processes that they start.
-SHARED := -n $(shell expr $(WORKERS) + 1) --dist loadfile --no-loadscope-reorder
+SHARED := -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
-test: $(VENV)/installed lint  ## check the code and run all tests
+# Kernels are compiled meanwhile, once, and not by each worker.
+test: $(VENV)/installed  ## check the code and run all tests
+	$(BIN)/gait_warm_up & $(MAKE) lint; checked=$$?; wait; exit $$checked
 	$(BIN)/python -m pytest $(SHARED)
 
 # With a cache of its own: Numba's would be made anew each time.
