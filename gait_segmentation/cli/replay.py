@@ -189,10 +189,14 @@ def _replay_all(options: argparse.Namespace) -> int:
     read = [Path(each) for each in given if each]
     for job in wanted:
         job.check(read)
-    jobs = [job for job in wanted if job.missing(force=options.force)]
+    jobs = []
     for job in wanted:
-        missing = job.missing(force=options.force).values()
-        if there := ', '.join(str(each) for each in job.outputs.values() if each not in missing):
+        missing = job.missing(force=options.force)
+        if missing:
+            jobs.append(job)
+        if there := ', '.join(
+            str(job.outputs[kind]) for kind in job.outputs if kind not in missing
+        ):
             print(
                 f'{job.input}: done before, of this or another input, and left as it is: {there}; '
                 '--force makes it again'
