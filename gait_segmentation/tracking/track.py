@@ -202,7 +202,7 @@ class Track(ABC):
 
     def publish(self, slot: int | None) -> None:
         """Give a slot to somebody who was followed without one, or take it from them: None."""
-        self.slot, self._by_map = slot, False
+        self.slot = slot
 
     def see_map(self) -> None:
         """Take in whether a heat map that has just come shows them, if it has to."""

@@ -49,6 +49,15 @@ def test_a_closer_look_sees_smaller_people_and_everybody_once():
     assert max(a.box.iou(b.box) for a in seen for b in seen if a is not b) < 0.6
 
 
+def test_who_is_seen_at_both_looks_is_told_of_once_by_the_surer_one():
+    small = cv2.resize(demo_picture(), None, fx=0.6, fy=0.6, interpolation=cv2.INTER_AREA)
+    image = np.full((480, 640, 3), 128, np.uint8)
+    image[100 : 100 + small.shape[0], 200 : 200 + small.shape[1]] = small
+    looks = default_detector().people(image), default_detector().closely(image)
+    assert [len(found) for found in looks] == [1, 1]
+    assert looks[1][0].score > looks[0][0].score
+
+
 def test_of_tall_people_a_closer_look_tells_nothing_else():
     first, closer = (
         default_detector().people(demo_picture()),

@@ -5,8 +5,9 @@ import pytest
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.tracking import people
+from gait_segmentation.tracking.own_mask import own_feedback
 from gait_segmentation.tracking.track import Track
-from test.tracking.figures import BLUE, GREEN, RED, Figure, Told, picture, watched
+from test.tracking.figures import BLUE, GREEN, RED, STEP_NS, Figure, Told, picture, watched
 
 STAYS = Figure(120)
 
@@ -110,6 +111,38 @@ def test_a_map_of_something_else_shows_nobody_beside() -> None:
         told.tracker.add_heat_map(np.roll(theirs | own, (9, 14), (0, 1)), told.stamp_ns)
         told.see(image, [own])
     assert beside(told) == []
+
+
+def test_who_is_beside_counts_as_hidden_and_for_themselves_only_if_they_were_outlined() -> None:
+    mapped, seen = started(), Watched()
+    taken(mapped)
+    taken(mapped, Figure(185, BLUE))
+    for _ in range(2):
+        seen.taken(Figure(185, BLUE))
+    for other, vague in (beside(mapped), False), (seen.tracks, True):
+        [claim] = [track.claim() for track in other]
+        assert (claim.hidden, claim.vague) == (True, vague)
+    [stays] = mapped.tracker.tracks()
+    assert (stays.claim().hidden, stays.claim().vague) == (False, False)
+
+
+def test_whom_a_detector_sees_beside_need_not_be_shown_by_a_map() -> None:
+    seen = Watched()
+    for _ in range(4):
+        _, (own,) = picture([STAYS])
+        seen.told.tracker.add_heat_map(own, seen.told.stamp_ns)
+        seen.taken(Figure(185, BLUE))
+    [other] = seen.tracks
+    assert other.existence.missed == 0
+
+
+def test_of_who_is_beside_nothing_is_learnt_while_they_meet_who_has_a_slot() -> None:
+    seen = Watched()
+    for x, kept in (185, False), (185, True), (175, True), (150, True), (135, False):
+        seen.taken(Figure(x, BLUE, y=86))
+        found = [own_feedback(track, seen.told.stamp_ns - STEP_NS) for track in seen.tracks]
+        assert [each is not None for each in found] == [kept] * len(seen.tracks), x
+        assert seen.tracks or not kept
 
 
 class Watched:

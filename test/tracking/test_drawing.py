@@ -26,3 +26,26 @@ def test_who_has_no_mask_yet_is_drawn_first_and_then_who_is_likelier() -> None:
     asked.clear()
     draw_new(draw, drawn, S + 1, late=False)
     assert asked == [BOXES[2], BOXES[1], BOXES[0]]
+
+
+def test_who_was_detected_late_begins_only_where_a_second_mask_shows_them() -> None:
+    drawn_in: list[Box] = []
+    gone_on, other = BOXES[0].shifted(30, 0), BOXES[2]
+
+    def draws(*shown: Box) -> list[Box]:
+        """Return the boxes that begin if masks show these, one after the other."""
+        masks = iter(shown)
+
+        def draw(boxes: list[Box], *, always: bool = False) -> list[SoftMask]:
+            drawn_in.extend(boxes)
+            values = np.zeros((200, 400), np.uint8)
+            box = next(masks)
+            values[box.slices(400, 200)] = 255
+            return [SoftMask(values, 1.0, (0, 0), box, 5.0)]
+
+        found, _ = follow([], [Detection(BOXES[0], 0.9)], S, 320, lambda box: False)
+        return [each.detection.box for each in draw_new(draw, found, S, late=True)]
+
+    assert draws(gone_on, gone_on) == [gone_on]
+    assert drawn_in == [BOXES[0], gone_on]
+    assert draws(gone_on, other) == []

@@ -6,6 +6,7 @@ import pytest
 from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.detector.networks import DetectorConfig, Networks
 from gait_segmentation.detector.scheduler import Detections, DetectorScheduler
+from gait_segmentation.starting import StartingConfig
 from gait_segmentation.tracking.existence import CERTAIN, Existence
 from test.tracking.figures import STEP_NS, WIDTH, Figure, Told, walk
 
@@ -206,6 +207,15 @@ def test_who_is_not_seen_any_more_is_gone_though_the_place_looks_like_them(given
     for _ in range(10):
         (result,) = track.show(figure)
     assert (result.state, result.track_id) == ('tracked', 1)
+
+
+@pytest.mark.parametrize(('least', 'found'), [(0.2, True), (0.4, False)])
+def test_who_is_smaller_than_is_asked_for_does_not_begin(least, found):
+    track, network = told()
+    track.tracker.starting = StartingConfig(least_height=least)
+    network.boxes = [Figure(100).box]
+    results = [track.show(Figure(100))[0] for _ in range(5)]
+    assert any(result.track_id for result in results) == found
 
 
 @pytest.mark.parametrize(('least_share', 'state'), [(0.5, 'tracked'), (0.2, 'lost')])

@@ -6,10 +6,12 @@ import cv2
 import numpy as np
 import pytest
 
+from gait_segmentation.detector.detection import SoftMask
+from gait_segmentation.geometry import Box
 from gait_segmentation.images import placed
 from gait_segmentation.results import Feedback
 from gait_segmentation.tracking.fusion import grown
-from test.tracking.figures import Figure, Told, picture, walk
+from test.tracking.figures import HEIGHT, WIDTH, Figure, Told, picture, walk
 
 BOARD = (130, 320)
 """It reaches to the border: who walks behind it comes back."""
@@ -46,6 +48,33 @@ def test_who_is_smaller_from_now_on_is_all_of_a_person_after_a_while() -> None:
         colours.append(track.colours.table.tobytes())
     assert [len(set(part)) for part in (colours[:5], colours[5:25])] == [5, 1]
     assert len(set(colours[-10:])) == 10
+
+
+def test_what_a_network_has_drawn_counts_for_a_while_and_goes_along() -> None:
+    """Somebody walks, and once a network has drawn a bag beside them."""
+
+    def judged(bag: bool) -> list[float]:
+        """Return by frames what is made of the pixels where the bag is."""
+        told, path, found = Told(use_sightings=False), walk(Figure(60), 14), []
+        told.start(path[0])
+        for number, figure in enumerate(path):
+            told.show(figure)
+            (track,) = told.tracker.tracks()
+            x = round(figure.x)
+            if number == 4:
+                values = figure.mask()
+                values[80:100, x : x + 30] = 255 if bag else 0
+                whole = Box(0, 0, WIDTH, HEIGHT)
+                track.take_mask(SoftMask(values, 1.0, (0.0, 0.0), whole), figure.box)
+            claim = track.claim()
+            at = (86 - claim.window[0].start, x + 22 - claim.window[1].start)
+            found.append(float(claim.logit[at]))
+        return found
+
+    more = np.subtract(judged(True), judged(False))
+    # Less in each frame, up to heat_map_age: that is five of them.
+    assert (more[4:8] > 1.5).all()
+    np.testing.assert_allclose([*more[:4], *more[10:]], 0, atol=0.5)
 
 
 def test_half_a_body_teaches_neither_colours_nor_size_but_is_followed() -> None:
@@ -123,13 +152,17 @@ def test_a_mask_of_who_was_lost_meanwhile_teaches_nothing() -> None:
 
 
 def test_what_looks_like_the_place_about_the_template_is_no_colour_of_the_person() -> None:
-    def colours(size: int) -> np.ndarray:
-        """Follow somebody and give a last mask, widened by so much, with the true template."""
+    def colours(size: int, template: int = 1) -> np.ndarray:
+        """Follow somebody and give a last mask and template, each widened by so much."""
         told = Told()
         told.follow(walk(Figure(40), 20))
         image, (mask,) = picture([Figure(97)])
-        told.see(image, [cv2.dilate(mask, np.ones((size, size), np.uint8))], [mask])
+        widened = [cv2.dilate(mask, np.ones((each, each), np.uint8)) for each in (size, template)]
+        told.see(image, widened[:1], widened[1:])
         (track,) = told.tracker.tracks()
         return track.colours.table
 
-    np.testing.assert_allclose(colours(7), colours(1), atol=1e-4)
+    true = colours(1)
+    np.testing.assert_allclose(colours(7), true, atol=1e-4)
+    # Inside of the template they may wear what the wall is painted with.
+    assert np.abs(colours(7, template=7) - true).max() > 1e-3
