@@ -14,6 +14,7 @@ pytest.importorskip('rclpy', reason='needs ROS 2: rclpy cannot be imported')
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
+from gait_segmentation import encodings
 from gait_segmentation.encodings import (
     pixels,
     read_bgr,
@@ -116,6 +117,14 @@ def test_pixels_of_8_bits_are_not_copied(padding: int, read: Any) -> None:
     view = read(made)
     made.data[made.step] = 9
     assert view[1, 0, 0] == 9
+
+
+@pytest.mark.parametrize(('most', 'dark'), [(64 * 256 - 1, True), (64 * 256, False)])
+def test_an_image_that_uses_two_bits_less_is_said_to_be_dark(most, dark, caplog) -> None:
+    encodings._warn_of_darkness.cache_clear()
+    encodings.in_8_bits(np.full((4, 6), most, np.uint16), '')
+    assert ('nearly black' in caplog.text) == dark
+    encodings._warn_of_darkness.cache_clear()
 
 
 def test_the_last_row_may_lack_its_padding() -> None:

@@ -169,6 +169,17 @@ def test_damage_in_the_middle_is_found(kind: str, tmp_path: Path) -> None:
     assert len(found) < 12
 
 
+def test_messages_that_a_bag_counts_and_does_not_have_are_damage(tmp_path: Path) -> None:
+    path = WRITERS['sqlite3'](tmp_path / 'walk', {'/image': greys(5)})
+    (file,) = path.glob('*.db3')
+    with sqlite3.connect(file) as table:
+        table.execute('delete from messages where id = 3')
+    found = []
+    with pytest.raises(DamagedError, match='4 of 5 images on /image can be read'):
+        found.extend(open_input(path).frames())
+    assert len(found) == 4
+
+
 def _cut(kind: str) -> Callable[[Path], Path]:
     def made(folder: Path) -> Path:
         path = WRITERS[kind](folder / 'walk', {'/image': noisy(16)})
