@@ -45,13 +45,9 @@ _WEATHER = 0.04
 _GAIN_WEATHER = 0.2
 _SHADOW_FLOOR = 0.6  # darkest shadow, as a share of the background's lightness; clothes are darker
 _BROKEN = 0.5  # share of pixels that differ at which the place is not the one learnt
-_LEAST_AREA = 10  # pixels of a part of a body
-_MOST_PARTS = 32  # of all bodies, the largest ones
+_LEAST_AREA = 10  # pixels of what moves
+_MOST_PARTS = 32  # that may move, the largest ones
 _MOVING_SHARE = 0.1  # of a person's box, in which they move
-# Share of the narrower part's width that two parts above each other must have in common, and most
-# that they may be apart, in heights of both together.
-_WIDTH_SHARED = 0.4
-_HEIGHTS_APART = 0.25
 
 
 class PlaceMemory:
@@ -182,8 +178,7 @@ def moving_bodies(evidence: NDArray[np.uint8], moving: NDArray[np.uint8]) -> NDA
     """
     Return the bodies that move in a frame, (h, w) uint8 0/255.
 
-    They are connected components, put together where they are one body, and filled row by row
-    between their outermost moving pixels.
+    They are connected components, filled row by row between their outermost moving pixels.
 
     :param evidence: (h, w) uint8, non-zero where something is that is no background.
     :param moving: (h, w) uint8, non-zero where something moves now.
@@ -195,18 +190,10 @@ def moving_bodies(evidence: NDArray[np.uint8], moving: NDArray[np.uint8]) -> NDA
     )
     parts = [k for k in range(1, count) if stats[k, cv2.CC_STAT_AREA] >= _LEAST_AREA]
     parts.sort(key=lambda k: -stats[k, cv2.CC_STAT_AREA])
-    bodies: list[tuple[list[int], Box]] = []
-    for part in parts[:_MOST_PARTS]:
-        members, box = [part], Box(*stats[part, :4].tolist())
-        # What has grown may now be of one body with what it was not before.
-        while near := [body for body in bodies if _are_one_body(body[1], box)]:
-            bodies.remove(near[0])
-            members, box = members + near[0][0], box.union(near[0][1])
-        bodies.append((members, box))
     filled = np.zeros_like(evidence)
-    for members, box in bodies:
-        window = box.slices(evidence.shape[1], evidence.shape[0])
-        body = np.isin(labels[window], members) & (evidence[window] != 0)
+    for part in parts[:_MOST_PARTS]:
+        window = Box(*stats[part, :4].tolist()).slices(evidence.shape[1], evidence.shape[0])
+        body = (labels[window] == part) & (evidence[window] != 0)
         moves = body & (moving[window] != 0)
         if not moves.any():
             continue
@@ -214,11 +201,3 @@ def moving_bodies(evidence: NDArray[np.uint8], moving: NDArray[np.uint8]) -> NDA
         between &= np.logical_or.accumulate(moves[:, ::-1], axis=1)[:, ::-1]
         filled[window][between] = 255
     return filled
-
-
-def _are_one_body(a: Box, b: Box) -> bool:
-    """Tell whether two parts lie above each other, as those of one body do."""
-    across = min(a.right, b.right) - max(a.x, b.x)
-    if across < _WIDTH_SHARED * min(a.width, b.width):
-        return False
-    return max(a.y, b.y) - min(a.bottom, b.bottom) < _HEIGHTS_APART * a.union(b).height

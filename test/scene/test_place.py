@@ -83,9 +83,10 @@ def test_what_comes_to_stay_becomes_background_the_sooner_the_less_was_known() -
 
 def test_another_picture_begins_anew() -> None:
     scene, other = Watch(), seen(0)[::-1, ::-1]
-    for number in range(24):
+    for number in range(18):
         moving = scene.show(number, seen(0) if number < 12 else other)
-    assert not moving.any()
+        # Nothing of it is taken for somebody.
+        assert not moving.any() or number < 12
     known = scene.background()
     assert np.abs(known.mean - lab_of(other))[known.count >= 2].max() < 12
 
@@ -148,7 +149,8 @@ def test_what_always_moves_is_never_learnt_and_what_has_left_is_not_mixed_in() -
     assert np.abs(known.mean[part] - lab_of(seen(0))[part].astype(float)).max() < 12
     # Nobody looks at what moves from now on.
     scene.place.close()
-    assert (scene.scene.moving, scene.scene.views) == (None, [])
+    assert scene.scene.moving is None
+    assert scene.scene.views == []
 
 
 def image(*boxes: tuple[int, int, int, int]) -> np.ndarray:
@@ -159,10 +161,7 @@ def image(*boxes: tuple[int, int, int, int]) -> np.ndarray:
     return out
 
 
-def test_parts_above_each_other_are_one_body() -> None:
-    body = image((40, 20, 20, 40), (42, 66, 8, 30))
-    assert np.array_equal(moving_bodies(body, body), body)
-    # One that stands beside is not the same, though both are known to have moved somewhere.
+def test_between_those_who_move_beside_each_other_nothing_is_filled() -> None:
     apart = image((40, 20, 20, 40), (80, 66, 8, 30))
     moves = image((40, 20, 2, 40), (58, 20, 2, 40), (80, 66, 8, 30))
     assert np.array_equal(moving_bodies(apart, moves), apart)
