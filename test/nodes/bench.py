@@ -28,7 +28,7 @@ from gait_segmentation.nodes.segmenter_node import SegmenterNode
 from gait_segmentation.nodes.tracker_node import TrackerNode
 from gait_segmentation.ros.messages import image_message
 
-TIMEOUT_S = 300.0
+TIMEOUT_S = 120.0
 """For what takes a moment, but may have to wait for kernels to be compiled on a busy computer."""
 
 OUTPUTS = {

@@ -1,10 +1,13 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+from unittest.mock import Mock
+
 import pytest
 
 from gait_segmentation.detector.detection import Detection, associate
+from gait_segmentation.detector.sources import Seen
 from gait_segmentation.geometry import Box
-from gait_segmentation.tracking.association import associate_beside, unexplained
+from gait_segmentation.tracking.association import associate_beside, explain, unexplained
 
 OWN, OTHER = Box(50, 50, 40, 100), Box(150, 50, 40, 100)
 
@@ -58,3 +61,19 @@ def test_a_part_of_somebody_who_was_not_detected_is_nobody_else() -> None:
     part = detected(Box(50, 50, 40, 25))
     assert unexplained(part, {}, [[OWN]]) == []
     assert unexplained(part, {}, [[OTHER]]) == part
+
+
+def test_of_who_was_detected_only_the_detection_counts_for_who_is_beside() -> None:
+    # They had taken somebody for a part of them.
+    wide, left, right = Box(0, 0, 100, 100), Box(0, 0, 60, 100), Box(60, 0, 40, 100)
+    seen = detected(left, right)
+    assert unexplained(seen, {0: 0}, [[wide]]) == seen[1:]
+    assert unexplained(seen[1:], {}, [[wide]]) == []
+
+
+@pytest.mark.parametrize(('score', 'resumed'), [(0.7, 1), (0.5, 0)])
+def test_who_is_lost_is_seen_where_they_are_expected_if_it_is_sure(score, resumed) -> None:
+    lost = Mock(state='lost', boxes_at=lambda stamp_ns: (OWN,))
+    assert explain([lost], Seen(5, (Detection(OWN, score),))) == [Detection(OWN, score)]
+    explain([lost], Seen(5, (Detection(OTHER, score),)))
+    assert lost.resume.call_count == resumed

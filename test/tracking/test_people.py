@@ -5,7 +5,9 @@
 from __future__ import annotations
 
 from collections import deque
+from types import SimpleNamespace
 from typing import Any
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -14,6 +16,9 @@ from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.detector.networks import DetectorConfig, Networks
 from gait_segmentation.detector.scheduler import Detections, DetectorScheduler
 from gait_segmentation.geometry import Box
+from gait_segmentation.tracking.existence import Existence
+from gait_segmentation.tracking.people import People
+from gait_segmentation.tracking.tentative import Tentative
 from test.tracking.figures import BLUE, GREEN, RED, Figure, Told, ids, picture, walk, watched
 
 EVERY = DetectorConfig(calm_period=0.02, urgent_period=0.02)
@@ -210,3 +215,33 @@ def test_who_has_stood_there_from_the_beginning_is_no_part_of_the_place() -> Non
         results = told.see(image, masks)
     likely = results[1].likelihood > 127
     assert likely[masks[1] > 0].mean() > 0.8
+
+
+def test_those_with_a_slot_come_first_in_a_view_in_their_order() -> None:
+    view = object()
+    tracks = [
+        SimpleNamespace(view=each, slot=slot)
+        for each, slot in ((view, None), (view, 2), (object(), 1), (view, 0))
+    ]
+    assert [each.slot for each in People(3, tracks).seen_in(view)] == [0, 2, None]
+
+
+@pytest.mark.parametrize(('height', 'near'), [(40, False), (60, True), (190, True), (210, False)])
+def test_only_who_is_about_as_tall_is_followed_beside_somebody(height: float, near: bool) -> None:
+    told = Told(working_height=50)
+    told.start(Figure(120))
+    told.show(Figure(120))
+    [track] = told.tracker.tracks()
+    assert track.view.scale < 0.6
+    beside = Box.from_center(165, 90, 0.3 * height, height * track.body.height / 100)
+    found = told.tracker._people.near(beside, by_map=False)
+    assert found is (track if near else None)
+
+
+@pytest.mark.parametrize(('camera', 'kept'), [(None, 1), (np.eye(3), 0)], ids=['stands', 'moves'])
+def test_what_was_no_person_is_known_by_its_place_until_the_camera_moves(camera, kept) -> None:
+    thing = Tentative(Detection(Box(5, 5, 20, 50), 0.9), 5, Existence(5), rejected=True)
+    people = People(1, [Mock(view=Mock(now=Mock(motion=Mock(camera=camera))))], [thing])
+    scene = Mock(views=people.views, stamp_ns=9, source=(180, 320))
+    people.follow([], 9, [], scene, lambda box: False)
+    assert len(people.tentative) == kept

@@ -1,12 +1,14 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.geometry import Box
+from gait_segmentation.tracking.existence import Existence
 from gait_segmentation.tracking.tentative import Tentative, follow
 
 BOX, S = Box(10, 10, 40, 100), 10**9
@@ -45,6 +47,14 @@ def test_who_is_not_seen_any_more_is_forgotten_and_what_was_no_person_later() ->
     thing = replace(each, rejected=True)
     assert [each.is_over(S + s * S // 2) for s in (2, 3)] == [False, True]
     assert [thing.is_over(S + s * S) for s in (29, 31)] == [False, True]
+
+
+def test_what_was_no_person_is_not_looked_for() -> None:
+    track = SimpleNamespace(body=BOX, existence=Existence(S).seen(0.9, 0.4))
+    thing = Tentative.rejected_of(track, S)
+    assert not thing.may_be(S)
+    assert not thing.is_over(S + 20 * S)
+    assert Tentative(thing.detection, S, thing.existence).may_be(S)
 
 
 def test_who_was_compared_is_compared_again_after_a_while() -> None:
