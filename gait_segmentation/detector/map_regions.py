@@ -52,7 +52,7 @@ class MapRegions:
 
         :param source: (H, W) of the frames.
         :param least: height of who is found, like all others in source pixels.
-        :param known: bodies of who is tracked.
+        :param known: bodies of who is tracked, and boxes of who is detected.
         :param lost: bodies of who is lost, where they are expected.
         """
         if heat.stamp_ns == self._stamp_ns or not heat.trust:

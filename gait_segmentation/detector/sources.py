@@ -82,7 +82,7 @@ class Sources:
 
         :param image: (H, W, 3) uint8 BGR.
         :param boxes: whether it is asked who is in the image.
-        :param bodies: of who is tracked, and of who is lost.
+        :param bodies: of who is known to a map, and of who is lost, whom it may show again.
         :param urgent: whether somebody is missing.
         :param small: tells whether people below a height in source pixels are to be seen.
         :param heat_map_age: up to which a heat map counts, in seconds.
@@ -99,7 +99,9 @@ class Sources:
         least = self.config.least_height * longest
         by_map: list[Detection] = []
         if heat is not None and heat.stamp_ns == stamp_ns:
-            by_map = self._regions.detect(heat, source, least, *bodies)
+            people = () if seen is None else seen.people or ()
+            (known, lost), found = bodies, [each.box for each in people]
+            by_map = self._regions.detect(heat, source, least, [*known, *found], lost)
         if seen is None or seen.stamp_ns < max(stamp_ns - _LATEST_NS, since_ns):
             return Seen(stamp_ns, by_map=tuple(by_map), heat=heat)
         return Seen(seen.stamp_ns, seen.people, tuple(by_map), heat, seen.least_share * longest)

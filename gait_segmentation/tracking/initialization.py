@@ -41,6 +41,9 @@ The most by which the height of a lost person, as a logarithm, may be another at
 more in each second.
 """
 
+_RIM = 0.05
+"""How far about the box of a region of a map its person may be, in body heights."""
+
 _ABOUT = 0.3
 """How far about a person found the place is remembered, in body heights."""
 
@@ -83,6 +86,13 @@ def estimate_first(
         inside = np.zeros(view.shape, np.uint8)
         inside[there] = 255
         own, trust = own_regions(view.heat.values[window], inside[window]), view.heat.trust
+        if by_map:
+            # Who touches them is in the same region.
+            limits = box.padded(_RIM * box.height, _RIM * box.height)
+            near = within(limits.slices(view.shape[1], view.shape[0]), window)
+            alone = np.zeros_like(own)
+            alone[near] = own[near]
+            own = alone
     if own is not None:
         part = (own > 127)[within(there, window)]
         fills = by_map or _fills(own, box.shifted(-window[1].start, -window[0].start))

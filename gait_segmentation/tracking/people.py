@@ -79,8 +79,14 @@ class People:
 
     @property
     def bodies(self) -> tuple[list[Box], list[Box]]:
-        """Return the bodies of who is tracked, no wider than one, and of who is lost."""
-        return [slim(track.body) for track in self.tracked], [each.body for each in self.lost]
+        """
+        Return the bodies of those of whom a map shows nothing new, no wider than one, and others.
+
+        Whoever is lost without a slot is looked for by their pixels alone: a region begins nobody.
+        """
+        lost = self.lost
+        known = [slim(track.body) for track in self.tracks if track not in lost]
+        return known, [track.body for track in lost]
 
     @property
     def known_since_ns(self) -> int:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.colour import NO_CHROMA, NO_GRADIENT
-from gait_segmentation.detector.detection import PART, Detection
+from gait_segmentation.detector.detection import Detection
 from gait_segmentation.detector.scheduler import DetectorScheduler
 from gait_segmentation.detector.sources import Seen, Sources
 from gait_segmentation.errors import InputError
@@ -280,12 +280,7 @@ class PeopleTracker:
         :returns: those of nobody who is tracked, the best first, if that was just now.
         """
         least = self.starting.least_height * max(scene.source)
-        others = [
-            each
-            for each in explain(self._people.tracks, seen)
-            if each.box.height >= least
-            and all(each.box.common_share(other.box) <= PART for other in seen.by_map)
-        ]
+        others = [each for each in explain(self._people.tracks, seen) if each.box.height >= least]
         is_old = self._stamp_ns - seen.stamp_ns > _NEW_NS
         return [] if is_old else sorted(others, key=lambda each: -each.score)
 

@@ -60,6 +60,11 @@ def test_what_lies_or_is_tiny_is_nobody(size):
     assert sure(heat(0, (20, 30, np.full(size[::-1], 255, np.uint8))), SOURCE, 30, []) == []
 
 
+def test_what_has_nothing_of_the_shape_of_a_body_is_not_told_of():
+    bar = heat(0, (20, 30, np.full((8, 100), 255, np.uint8)))
+    assert MapRegions(SHAPES).detect(bar, SOURCE, 10, []) == []
+
+
 def test_what_is_less_clear_has_a_lower_score():
     square = np.full((60, 46), 255, np.uint8)
     (doubtful,) = MapRegions(SHAPES).detect(heat(0, (20, 30, square)), SOURCE, 20, [])

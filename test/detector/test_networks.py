@@ -115,6 +115,11 @@ def test_people_are_of_the_class_that_the_file_or_the_parameter_says(
     assert person.score == pytest.approx(score, abs=1e-4)
 
 
+def test_of_boxes_with_their_classes_those_count_that_are_asked_for(tmp_path):
+    (other,) = opened(box_network(tmp_path, suppressed()), person_class=2).people(IMAGE)
+    assert other.score == pytest.approx(0.9, abs=1e-4)
+
+
 def test_a_network_without_people_asks_for_the_class_that_counts(tmp_path):
     path = box_network(tmp_path, yolo(2), names="{0: 'head', 1: 'helmet'}")
     with pytest.raises(DetectorError, match=r'knows head, helmet, and no person: set detector\.'):

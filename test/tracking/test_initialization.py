@@ -215,6 +215,20 @@ def test_the_first_mask_is_as_a_map_shows_it_that_fills_the_box(
     assert ((mask & truth).sum() > 0.98 * (mask | truth).sum()) == as_shown
 
 
+def test_of_two_who_touch_in_a_map_the_first_mask_is_of_one() -> None:
+    image, (one, other) = picture([Figure(120), Figure(148, GREEN)])
+    scene, view = Scene(image.shape[:2]), View(image.shape[:2], 1.0)
+    scene.advance(image, 1)
+    scene.show(HeatMap(one | other, 1, 1.0))
+    scene.add(view)
+    bank, box = small_bank(), Figure(120).box
+    start = estimate_first(view, box, None, bank, TrackingConfig(), by_map=True)
+    assert start.mask[one > 0].mean() > 0.9 * 255
+    assert start.mask[:, round(box.right) + 6 :].max() == 0
+    # And the map stays as it is.
+    assert view.heat.values[other > 0].min() > 0
+
+
 def test_a_map_that_found_somebody_is_their_first_mask() -> None:
     told = Told()
     image, (own,) = picture([Figure(120)])

@@ -245,3 +245,12 @@ def test_what_was_no_person_is_known_by_its_place_until_the_camera_moves(camera,
     scene = Mock(views=people.views, stamp_ns=9, source=(180, 320))
     people.follow([], 9, [], scene, lambda box: False)
     assert len(people.tentative) == kept
+
+
+def test_a_map_may_show_again_only_whom_it_can_give_a_slot_back() -> None:
+    boxes = [Box(100 * number, 10, 40, 100) for number in range(3)]
+    tracks = [
+        Mock(body=box, state=state, slot=slot)
+        for box, state, slot in zip(boxes, ('lost', 'lost', 'tracked'), (0, None, 1), strict=True)
+    ]
+    assert People(2, tracks).bodies == (boxes[1:], boxes[:1])
