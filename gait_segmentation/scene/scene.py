@@ -362,17 +362,9 @@ class Scene:
         leader = max(self.views, key=lambda view: view.scale)
         faded = bool(leader.frames) and leader.now.image.faded
         newest = self._image(leader.shape, measure=True)
-        images = {leader.shape: newest}
         hidden = self._hidden(leader, people)
         motion = leader.points.update(newest.pyramid, hidden if options.camera else None)
-        steps = []
-        for view in self.views:
-            if view.shape not in images:
-                images[view.shape] = self._image(view.shape)
-            if view is not leader:
-                view.points.update(images[view.shape].pyramid, None)
-            down, across = (a / b for a, b in zip(view.shape, leader.shape, strict=True))
-            steps.append(motion if view is leader else motion.scaled(across, down))
+        images, steps = self._in_all_views(leader, newest, motion)
         self.fades = options.fade and newest.faded and not faded
         if self.fades:
             for view in self.views:
@@ -404,6 +396,20 @@ class Scene:
             self._light.follow(motion, hidden)
         for view, step, each in zip(self.views, steps, expected, strict=True):
             view.accept(images[view.shape], step, each, blank=blank)
+
+    def _in_all_views(
+        self, leader: View, newest: WorkingImage, motion: WorldMotion
+    ) -> tuple[dict[tuple[int, int], WorkingImage], list[WorldMotion]]:
+        """Return the newest image at the sizes of all views, and how the world moved in each."""
+        images, steps = {leader.shape: newest}, []
+        for view in self.views:
+            if view.shape not in images:
+                images[view.shape] = self._image(view.shape)
+            if view is not leader:
+                view.points.update(images[view.shape].pyramid, None)
+            down, across = (a / b for a, b in zip(view.shape, leader.shape, strict=True))
+            steps.append(motion if view is leader else motion.scaled(across, down))
+        return images, steps
 
     def show(self, heat: HeatMap | None) -> None:
         """Let a heat map count in the newest frame, if it is of that or of one shortly before."""

@@ -140,12 +140,10 @@ class Segmenter:
         self._mean.add_frame(values, place)
         if config.use_refinement:
             labels = refine(source, labels, logit, config.contrast)
-        mask = np.zeros((height, width), np.uint8)
-        part = mask[crop]
-        np.multiply(upsample(labels, part.shape).view(np.uint8), np.uint8(255), out=part)
+        mask = at_full_size(labels, crop, (height, width))
         if occluded is not None:
-            part[occluded[crop] > 0] = 0
-        if not part.any():
+            mask[crop][occluded[crop] > 0] = 0
+        if not mask[crop].any():
             # Of so little that none of it is left at full resolution, or off those before.
             return self._empty(image, match, _NOBODY)
         return SegmentationResult(match.stamp_ns, match.track_id, mask, '')
@@ -283,6 +281,16 @@ def source_window(window: Window, scale: float, shape: tuple[int, int]) -> Windo
         for each, size in zip(window, shape, strict=True)
     )
     return rows, columns
+
+
+def at_full_size(
+    labels: NDArray[np.bool_], crop: Window, size: tuple[int, int]
+) -> NDArray[np.uint8]:
+    """Return the mask of an image of (H, W), 0/255, by labels of any size for a window of it."""
+    mask = np.zeros(size, np.uint8)
+    part = mask[crop]
+    np.multiply(upsample(labels, part.shape).view(np.uint8), np.uint8(255), out=part)
+    return mask
 
 
 class MeanLikelihood:

@@ -86,13 +86,8 @@ def estimate_first(
         inside = np.zeros(view.shape, np.uint8)
         inside[there] = 255
         own, trust = own_regions(view.heat.values[window], inside[window]), view.heat.trust
-        if by_map:
-            # Who touches them is in the same region.
-            limits = box.padded(_RIM * box.height, _RIM * box.height)
-            near = within(limits.slices(view.shape[1], view.shape[0]), window)
-            alone = np.zeros_like(own)
-            alone[near] = own[near]
-            own = alone
+        # Who touches somebody whom a map tells of is in the same region.
+        own = _about(box, own, view, window) if by_map else own
     if own is not None:
         part = (own > 127)[within(there, window)]
         fills = by_map or _fills(own, box.shifted(-window[1].start, -window[0].start))
@@ -109,6 +104,15 @@ def estimate_first(
     if known is not None:
         view.background.merge(known)
     return start
+
+
+def _about(box: Box, values: NDArray[np.uint8], view: View, window: Window) -> NDArray[np.uint8]:
+    """Return a map, (h, w) uint8 of a window of a view, without what is not about a box."""
+    limits = box.padded(_RIM * box.height, _RIM * box.height)
+    near = within(limits.slices(view.shape[1], view.shape[0]), window)
+    alone = np.zeros_like(values)
+    alone[near] = values[near]
+    return alone
 
 
 def _fills(values: NDArray[np.uint8], box: Box) -> bool:
