@@ -1,10 +1,12 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+from unittest.mock import Mock
+
 import numpy as np
 
 from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.geometry import Box
-from gait_segmentation.tracking.drawing import draw_new
+from gait_segmentation.tracking.drawing import draw_known, draw_new
 from gait_segmentation.tracking.tentative import follow
 
 S = 10**9
@@ -49,3 +51,15 @@ def test_who_was_detected_late_begins_only_where_a_second_mask_shows_them() -> N
     assert draws(gone_on, gone_on) == [gone_on]
     assert drawn_in == [BOXES[0], gone_on]
     assert draws(gone_on, other) == []
+
+
+def test_whose_last_mask_is_oldest_is_drawn_first_and_those_without_a_slot_half_as_often() -> None:
+    def track(slot: int | None, masked_ns: int) -> Mock:
+        return Mock(slot=slot, masked_ns=masked_ns, sought_in=lambda stamp_ns: (BOXES[0],))
+
+    tracks = track(0, 6 * S), track(None, 5 * S), track(None, S), track(1, 7 * S)
+    for count, drawn in (1, [2]), (2, [2, 0]), (3, [2, 0, 3]), (4, [2, 0, 3, 1]):
+        for each in tracks:
+            each.take_mask.reset_mock()
+        draw_known(lambda boxes, count=count: ['mask'] * count, tracks, 10 * S)
+        assert sorted(drawn) == [k for k, each in enumerate(tracks) if each.take_mask.called]

@@ -11,7 +11,8 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.images import placed
 from gait_segmentation.results import Feedback
 from gait_segmentation.tracking.fusion import grown
-from test.tracking.figures import HEIGHT, WIDTH, Figure, Told, picture, walk
+from gait_segmentation.tracking.life_cycle import next_state
+from test.tracking.figures import HEIGHT, STEP_NS, WIDTH, Figure, Told, picture, walk
 
 BOARD = (130, 320)
 """It reaches to the border: who walks behind it comes back."""
@@ -166,3 +167,28 @@ def test_what_looks_like_the_place_about_the_template_is_no_colour_of_the_person
     np.testing.assert_allclose(colours(7), true, atol=1e-4)
     # Inside of the template they may wear what the wall is painted with.
     assert np.abs(colours(7, template=7) - true).max() > 1e-3
+
+
+def test_it_is_known_when_somebody_was_drawn_last() -> None:
+    told, figure = Told(), Figure(100)
+    told.start(figure)
+    for number in range(3):
+        told.show(figure)
+        (track,) = told.tracker.tracks()
+        whole = Box(0, 0, WIDTH, HEIGHT)
+        track.take_mask(SoftMask(figure.mask(), 1.0, (0.0, 0.0), whole), figure.box)
+        assert track.masked_ns == (number + 1) * STEP_NS
+
+
+def test_who_was_found_again_is_lost_anew_only_after_as_many_frames() -> None:
+    told, figure = Told(), Figure(100)
+    told.start(figure)
+    told.show(figure)
+    (track,) = told.tracker.tracks()
+    for _ in range(2):
+        for _ in range(2):
+            assert (track.state, next_state(track, told.stamp_ns)[0]) == ('tracked', 'tracked')
+            track.miss()
+        track.enter(*next_state(track, told.stamp_ns))
+        assert track.state == 'lost'
+        track.enter('tracked', '')
