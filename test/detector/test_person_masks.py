@@ -52,6 +52,8 @@ def test_everybody_is_drawn_where_they_are(drawer, scale, shift):
 def test_of_whom_the_lower_border_cuts_off_the_square_is_about_all_of_them(drawer):
     whole, cut = Box(60, 100, 60, 150), Box(60, 200, 60, 100)
     assert drawer.draw(scene(cut), cut).scale == drawer.draw(scene(whole), whole).scale
+    slim, lower = Box(60, 100, 20, 150), Box(60, 150, 20, 150)
+    assert drawer.draw(scene(slim), slim).scale == drawer.draw(scene(lower), lower).scale
 
 
 def test_each_has_a_mask_of_their_own_and_no_more_than_is_about_their_box(drawer):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.geometry import Box
+from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.scene.ego_motion import WorldMotion
 from gait_segmentation.scene.scene import (
     Frame,
@@ -14,6 +15,7 @@ from gait_segmentation.scene.scene import (
     Scene,
     SceneOptions,
     View,
+    WholeView,
     moving_pixels,
     windows_about,
 )
@@ -237,3 +239,22 @@ def test_squares_are_marked_about_squares_that_changed() -> None:
     np.testing.assert_array_equal(found, expected)
     assert not moving_pixels(now, then, 3.6).any()
     assert moving_pixels(now[:0], then[:0], 3.3).shape == (0, 60)
+
+
+@pytest.mark.parametrize(('back', 'age'), [(0, 0), (1, 1), (4, 4), (5, None)])
+def test_a_heat_map_counts_in_the_frame_that_it_is_of_and_four_more(back: int, age) -> None:
+    made = Place()
+    for _ in range(8):
+        made.show(wall())
+    made.scene.show(HeatMap(NOBODY, made.stamp_ns - back * 10**7, 1.0))
+    shown = made.view.heat
+    assert (None if shown is None else shown.frames) == age
+
+
+def test_where_the_place_went_since_it_was_learnt_is_told_in_the_order_of_the_frames() -> None:
+    zoom, pan = np.diag([2.0, 2.0, 1.0]), np.eye(3)
+    pan[0, 2] = 10
+    place = WholeView(SOURCE, 1.0)
+    for camera in zoom, pan:
+        place.expected(WorldMotion(camera), Regions())
+    assert place._since.carry(5, 5) == pytest.approx((20, 10))

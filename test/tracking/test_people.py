@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 from unittest.mock import Mock
@@ -254,3 +255,21 @@ def test_a_map_may_show_again_only_whom_it_can_give_a_slot_back() -> None:
         for box, state, slot in zip(boxes, ('lost', 'lost', 'tracked'), (0, None, 1), strict=True)
     ]
     assert People(2, tracks).bodies == (boxes[1:], boxes[:1])
+
+
+def test_the_free_slot_goes_to_who_is_tallest_in_the_image_whatever_the_view() -> None:
+    small, tall = (
+        Mock(slot=None, state='tracked', body=Box(0, 0, 10, height), pose=Mock(height=working))
+        for height, working in ((60, 120), (90, 45))
+    )
+    for each in small, tall:
+        each.existence.is_person.return_value = True
+        each.publish.side_effect = partial(setattr, each, 'slot')
+    People(1, [small, tall]).number(5)
+    assert (small.slot, tall.slot) == (None, 0)
+
+
+@pytest.mark.parametrize(('slot', 'room'), [(None, True), (0, False)])
+def test_there_is_room_while_a_slot_is_free_whoever_is_followed_without_one(slot, room) -> None:
+    people = People(1, [Mock(slot=slot, body=Box(0, 0, 40, 100))])
+    assert people.has_small(50.0, others=True) == room
