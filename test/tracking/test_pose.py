@@ -29,6 +29,8 @@ def test_place_and_size_follow_the_masks_in_the_frame_of_the_body(degrees: int) 
     # A single bad mask changes little.
     state = state.fitted(ellipse(100, 120, 20), BodyFrame(100, 120, 20))
     assert state.height >= 98
+    grown = state.fitted(ellipse(100, 120, 220), BodyFrame(100, 120, 220))
+    assert grown.height < 1.02 * state.height
     state = replace(state, tilt=np.radians(degrees), angle=np.radians(degrees))
     for _ in range(40):
         body = BodyFrame(108, 123, 108, state.angle)
@@ -62,6 +64,12 @@ def test_somebody_who_comes_in_from_below_is_at_least_as_tall_as_what_is_seen() 
     for _ in range(10):
         state = state.fitted(mask, BodyFrame(100, top + 30, 60))
     assert state.height >= 190
+
+
+def test_of_who_is_taken_to_stand_the_next_step_sets_the_velocity() -> None:
+    walks = replace(standing(), velocity=(90.0, 0.0), moves=30).standing()
+    assert walks.velocity == (0.0, 0.0)
+    assert walks.with_step((1.0, 0.0), (5.0, 0.0), 0.1).velocity == pytest.approx((40.0, 0.0))
 
 
 def test_the_first_step_sets_the_velocity() -> None:
