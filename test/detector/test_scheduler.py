@@ -139,11 +139,13 @@ def test_no_network_looks_at_nothing(monkeypatch):
 
 
 def test_after_a_reset_the_next_frame_is_looked_at_whatever_its_stamp():
-    scheduler = DetectorScheduler(networks=DETECTOR)
+    scheduler = DetectorScheduler(networks=DETECTOR._replace(masks=Masks()))
     assert scheduler.look(IMAGE, 10**9, urgent=False) is not None
     assert scheduler.look(IMAGE, 10**9 + 1, urgent=False) is None
+    assert len(scheduler.draw(IMAGE, 10**9, [SOMEBODY.box] * 9)) == 5
     scheduler.reset()
     assert scheduler.look(IMAGE, 1, urgent=False) is not None
+    assert len(scheduler.draw(IMAGE, 1, [SOMEBODY.box] * 9)) == 5
 
 
 def done(scheduler):

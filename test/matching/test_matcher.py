@@ -268,3 +268,13 @@ def test_another_height_than_that_of_the_box_has_its_cost(bank, cost):
     frames = [(*seen, box.padded(0, -0.037 * box.height)) for *seen, box in walk(0.0, 5)]
     last = run(SequenceMatcher(bank, config(scale_cost=cost)), frames)[-1]
     assert (last.placement.scale < 1.045) == (cost > 0)
+
+
+def test_a_box_that_was_scaled_with_the_body_keeps_its_proportions(bank):
+    frames = [(*seen, box.padded(0, -0.037 * box.height)) for *seen, box in walk(0.0, 5)]
+    options = config(scale_cost=0.0, use_likely_box=False)
+    last = run(SequenceMatcher(bank, options), frames)[-1]
+    given = frames[-1][-1]
+    assert last.placement.scale > 1.03
+    proportions = given.width / given.height
+    assert last.box.width / last.box.height == pytest.approx(proportions, rel=1e-3)

@@ -110,6 +110,20 @@ def test_what_somebody_nearer_hides_counts_neither_way() -> None:
     assert similarity[TRACKED][1] == similarity[LOST][1]
 
 
+def test_it_does_not_matter_how_large_the_image_is_that_people_hide_each_other_in() -> None:
+    similarity = []
+    for scale in (1, 2):
+        matcher, size = people(), (scale * SIZE[0], scale * SIZE[1])
+        for index in range(4):
+            seen = [
+                replace(each, body=each.body.scaled(scale), box=each.box.scaled(scale))
+                for each in crossed(index, TRACKED)
+            ]
+            (found,) = matcher.update(seen, source_size=size)
+        similarity.append([each.similarity for each in found])
+    assert similarity[0] == pytest.approx(similarity[1], abs=1e-3)
+
+
 def test_who_is_new_in_a_slot_hides_nothing_by_how_who_had_it_before_stood() -> None:
     similarity = []
     for changes in ({'track_id': 9}, {'state': LOST}):
