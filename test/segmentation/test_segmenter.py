@@ -153,6 +153,26 @@ def test_a_prior_has_no_say_if_only_the_mask_explains_the_likelihood(
     assert bool(mask[80, left]) != trusted
 
 
+def test_a_single_template_that_does_not_fit_does_not_take_its_say_away() -> None:
+    beside = np.roll(person(), 20, 1)
+    likelihood = np.where(person() > 0, 250, np.where(beside > 0, 110, 5)).astype(np.uint8)
+    image, segmenter = np.full((*SHAPE, 3), 77, np.uint8), Segmenter(SegmentationConfig())
+    for stamp in range(1, 40):
+        walk = match(beside, stamp, similarity=0.1 if stamp == 38 else 0.8)
+        mask = segmenter.segment(image, likelihood, walk).mask
+    assert mask[80, 88]
+
+
+def test_the_prior_says_as_much_in_a_window_of_any_size() -> None:
+    segmenter, odds = Segmenter(SegmentationConfig()), []
+    for rows in (slice(0, 160), slice(10, 150)):
+        prior = person()[rows]
+        body = BODY.shifted(0, -rows.start)
+        found, _ = segmenter._prior_terms(prior, np.zeros((*prior.shape, 3), np.uint8), body)
+        odds.append(found[80 - rows.start])
+    np.testing.assert_allclose(*odds, rtol=1e-5)
+
+
 def test_a_foot_that_is_hardly_likely_stays_where_the_template_has_one() -> None:
     body, foot = np.zeros(SHAPE, np.uint8), np.zeros(SHAPE, np.uint8)
     body[30:110, 45:75] = 255
