@@ -17,11 +17,15 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from gait_segmentation.cli import jobs
 from gait_segmentation.cli.outputs import BagOutput
 from gait_segmentation.cli.replay import main
+from gait_segmentation.detector.detection import Detection
+from gait_segmentation.detector.networks import DetectorConfig, Networks
+from gait_segmentation.geometry import Box
 from test.inputs.bags import compressed_fields, stamp, write_bag2
 from test.walkers import clip
 
@@ -244,3 +248,14 @@ def test_without_a_cluster_it_is_told_what_is_missing(
     gc.collect()
     assert reason in capsys.readouterr().err
     assert not (tmp_path / 'out').exists()
+
+
+def test_the_best_score_of_all_looks_is_told(monkeypatch) -> None:
+    scores = iter((0.2, 0.7, 0.3))
+    box = Box(0, 0, 20, 50)
+    networks = Networks(lambda image: [Detection(box, next(scores, 0.1))])
+    monkeypatch.setattr(jobs, 'open_networks', lambda *_: networks)
+    looked = jobs._Looked(DetectorConfig())
+    for _ in range(3):
+        looked.networks.people(np.zeros((60, 80, 3), np.uint8))
+    assert looked.summary() == 'the detector (people) looked 3 times, at best with a score of 0.70'

@@ -182,6 +182,14 @@ def test_a_silhouette_fills_the_height_and_stands_in_the_middle() -> None:
     assert np.flatnonzero(centred_silhouette(mask)[0] > 127).mean() == pytest.approx(31, abs=2)
 
 
+def test_a_silhouette_ends_with_its_last_row() -> None:
+    mask = np.zeros((100, 100), np.uint8)
+    # As high as it is to be.
+    mask[10:74, 40:60] = 255
+    mask[73, 50:] = 0
+    assert (centred_silhouette(mask) > 127).sum(axis=1).tolist() == [20] * 63 + [10]
+
+
 def test_walks_are_written_by_person_and_direction(tmp_path: Path) -> None:
     output = OpenGaitOutput(tmp_path / 'walk')
     for index in range(6):

@@ -8,7 +8,7 @@ from gait_segmentation.detector.map_regions import MapRegions
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
-from gait_segmentation.starting.shapes import BodyShapes
+from gait_segmentation.starting.shapes import BodyShapes, normalised
 from test.walkers import body
 
 SOURCE = (240, 320)
@@ -42,6 +42,13 @@ def test_people_are_found_by_the_shape_of_a_body_once_in_each_map_that_is_truste
         ]
     regions.detect(heat(0, *shown), SOURCE, 20, [])
     assert sure(heat(0, *shown), SOURCE, 20, [], regions=regions) == []
+
+
+def test_a_region_has_its_shape_whatever_the_proportions_of_the_pixels():
+    shape = body((40, 90)).astype(np.uint8)
+    squeezed = cv2.resize(shape, (20, 90), interpolation=cv2.INTER_AREA)
+    found = normalised(squeezed, 40 / 90).astype(int)
+    assert np.abs(found - normalised(shape)).mean() < 3
 
 
 def test_whoever_is_tracked_is_not_found_again_and_what_hangs_together_with_them_is_theirs():

@@ -34,7 +34,9 @@ def test_it_learns_the_mean_where_nobody_is_and_moves_with_the_camera() -> None:
     assert model.count[30, 40] == 0
     assert model.moved([WorldMotion()]) is model
     pan = WorldMotion(np.array([[1.0, 0, 5], [0, 1, -3], [0, 0, 1]]))
+    model.sigma, model.misplacement = 7.0, 0.4
     model = model.moved([pan, WorldMotion()])
+    assert (model.sigma, model.misplacement) == (7.0, 0.4)
     assert model.mean[10, 20] == pytest.approx(lab[13, 15].astype(float), abs=0.01)
     # What left is forgotten.
     assert model.count[10, 2] == 0
