@@ -114,6 +114,14 @@ def test_somebody_is_where_depth_says_and_walks_as_seen(bench: Bench) -> None:
     assert [each.id for each in shown.markers[1:]] == [7, 7, 7]
 
 
+def test_the_depth_image_that_is_nearest_in_time_counts(bench: Bench) -> None:
+    places = Places(bench, info())
+    for index, metres in enumerate((AWAY_M, AWAY_M + 2, AWAY_M + 4)):
+        places.depth.publish(depth(index, metres))
+    (message,) = places.show(0)['person_0/pose']
+    assert message.pose.pose.position.z == pytest.approx(AWAY_M + 0.14, abs=0.03)
+
+
 def test_nobody_has_no_pose_and_old_markers_go(bench: Bench) -> None:
     places = Places(bench, info())
     new = places.show(0, track_id=0)

@@ -271,3 +271,14 @@ def test_a_line_of_the_log_is_short_whatever_names_are_in_it() -> None:
     assert len(said) < 500
     assert said.startswith('got [')
     assert said.endswith('(50008 characters)')
+
+
+def test_it_is_quiet_since_the_last_frame_or_since_frames_are_to_come() -> None:
+    statistics = Statistics()
+    statistics.expect(10.0)
+    assert statistics.quiet_s(13.0) == 3.0
+    for now_s in (14.0, 15.0, 16.0):
+        statistics.arrived(now_s, 5)
+    assert statistics.quiet_s(18.0) == 2.0
+    statistics.expect(17.0)
+    assert statistics.quiet_s(18.0) == 1.0
