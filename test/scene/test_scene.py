@@ -8,6 +8,7 @@ import pytest
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
+from gait_segmentation.scene.background import BackgroundModel
 from gait_segmentation.scene.ego_motion import WorldMotion
 from gait_segmentation.scene.scene import (
     Frame,
@@ -258,3 +259,21 @@ def test_where_the_place_went_since_it_was_learnt_is_told_in_the_order_of_the_fr
     for camera in zoom, pan:
         place.expected(WorldMotion(camera), Regions())
     assert place._since.carry(5, 5) == pytest.approx((20, 10))
+
+
+def test_the_noise_is_measured_beside_where_people_of_a_late_mask_are_by_now(monkeypatch) -> None:
+    made, wide, asked = Place(), np.concatenate([wall(), wall()], axis=1), []
+
+    def measured(model: BackgroundModel, lab: np.ndarray, people: np.ndarray, windows) -> None:
+        asked.append(people.copy())
+
+    monkeypatch.setattr(BackgroundModel, 'measure_noise', measured)
+    person = NOBODY.copy()
+    person[50:130, 100:130] = 255
+    for number in range(12):
+        made.show(np.ascontiguousarray(wide[:, 2 * number :][:, : SOURCE[1]]))
+        if number >= 3:
+            made.learn(np.roll(person, -2 * (number - 3), 1), back=3)
+    now = np.roll(person, -2 * 11, 1) > 0
+    assert (asked[-1][now] > 0).mean() > 0.95
+    assert not asked[-1][60:120, 112:140].any()
