@@ -15,6 +15,7 @@ from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.scene.scene import Scene, View
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.initialization import estimate_first, recognized
+from gait_segmentation.tracking.track import Track
 from test.tracking.figures import (
     GREEN,
     RED,
@@ -54,18 +55,23 @@ def test_a_box_starts_before_what_the_camera_has_seen() -> None:
     image, (mask,) = picture([figure], boards=[board])
     box = Box.around(mask)
 
-    def first_mask(frames: int) -> np.ndarray:
+    def begun(frames: int) -> Track:
         told = Told()
         for _ in range(frames):
             told.show(boards=[board])
         told.tracker.initialize(Box(box.x, box.y, board[1] - box.x, box.height))
         told.tracker.update(image, told.stamp_ns)
         (track,) = told.tracker.tracks()
-        return cv2.resize(track.mask.image, image.shape[1::-1])
+        return track
 
+    tracks = [begun(number) for number in (0, 15)]
     # Half of the box is a board, which was there before.
-    wrong = [np.count_nonzero((first_mask(n) > 127) != (mask > 0)) for n in (0, 15)]
+    masks = [cv2.resize(track.mask.image, image.shape[1::-1]) for track in tracks]
+    wrong = [np.count_nonzero((each > 127) != (mask > 0)) for each in masks]
     assert wrong[1] < 0.5 * wrong[0]
+    # And the track knows the place from its first frame on.
+    known = [np.mean(track.view.background.count > 0) for track in tracks]
+    assert known[0] == 0 < 0.5 < known[1]
 
 
 @pytest.mark.parametrize(('coat', 'track_id'), [(RED, 1), (GREEN, 2)])
