@@ -94,14 +94,17 @@ class Sources:
         )
         if seen is not None and seen.heat_map is not None:
             self.add_heat_map(seen.heat_map, seen.stamp_ns)
+        if seen is not None and seen.stamp_ns < max(stamp_ns - _LATEST_NS, since_ns):
+            seen = None
         heat = self._heat_maps.newest(image, stamp_ns, heat_map_age)
         source = (image.shape[0], image.shape[1])
         least = self.config.least_height * longest
         by_map: list[Detection] = []
         if heat is not None and heat.stamp_ns == stamp_ns:
-            people = () if seen is None else seen.people or ()
-            (known, lost), found = bodies, [each.box for each in people]
-            by_map = self._regions.detect(heat, source, least, [*known, *found], lost)
-        if seen is None or seen.stamp_ns < max(stamp_ns - _LATEST_NS, since_ns):
+            known, lost = bodies
+            if seen is not None and seen.people is not None:
+                known = [*known, *(each.box for each in seen.people)]
+            by_map = self._regions.detect(heat, source, least, known, lost)
+        if seen is None:
             return Seen(stamp_ns, by_map=tuple(by_map), heat=heat)
         return Seen(seen.stamp_ns, seen.people, tuple(by_map), heat, seen.least_share * longest)

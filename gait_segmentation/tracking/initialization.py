@@ -16,7 +16,7 @@ from gait_segmentation.detector.detection import SoftMask
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box, body_window
 from gait_segmentation.heat_maps import own_regions, regions
-from gait_segmentation.images import Window, within
+from gait_segmentation.images import Window, placed, within
 from gait_segmentation.scene.scene import View, WholeView
 from gait_segmentation.starting import FirstMask, estimate_first_mask
 from gait_segmentation.tracking.appearance import SAME_COLOURS
@@ -110,9 +110,7 @@ def _about(box: Box, values: NDArray[np.uint8], view: View, window: Window) -> N
     """Return a map, (h, w) uint8 of a window of a view, without what is not about a box."""
     limits = box.padded(_RIM * box.height, _RIM * box.height)
     near = within(limits.slices(view.shape[1], view.shape[0]), window)
-    alone = np.zeros_like(values)
-    alone[near] = values[near]
-    return alone
+    return placed(values[near], near, values.shape)
 
 
 def _fills(values: NDArray[np.uint8], box: Box) -> bool:

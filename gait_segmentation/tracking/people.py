@@ -80,9 +80,9 @@ class People:
     @property
     def bodies(self) -> tuple[list[Box], list[Box]]:
         """
-        Return the bodies of those of whom a map shows nothing new, no wider than one, and others.
+        Return the bodies of who is known to a map, no wider than one, and of who is lost.
 
-        Whoever is lost without a slot is looked for by their pixels alone: a region begins nobody.
+        Whoever is lost without a slot counts as known: only their pixels are looked for.
         """
         lost = self.lost
         known = [slim(track.body) for track in self.tracks if track not in lost]

@@ -161,7 +161,9 @@ def image(*boxes: tuple[int, int, int, int]) -> np.ndarray:
     return out
 
 
-def test_between_those_who_move_beside_each_other_nothing_is_filled() -> None:
+def test_all_that_moves_is_marked_and_nothing_between_those_beside_each_other() -> None:
+    body = image((40, 20, 20, 40), (42, 66, 8, 30))
+    assert np.array_equal(moving_bodies(body, body), body)
     apart = image((40, 20, 20, 40), (80, 66, 8, 30))
     moves = image((40, 20, 2, 40), (58, 20, 2, 40), (80, 66, 8, 30))
     assert np.array_equal(moving_bodies(apart, moves), apart)

@@ -195,9 +195,10 @@ SOURCE = (240, 320)
         (True, 1.0, 180, True),
         (False, 1.0, 180, True),
         (False, 1.0, 140, False),
+        (True, 0.0, 180, False),
         (True, 0.4, 180, False),
     ],
-    ids=['found in it', 'box filled', 'half of the box filled', 'hardly trusted'],
+    ids=['found in it', 'box filled', 'half of the box filled', 'not trusted', 'hardly trusted'],
 )
 def test_the_first_mask_is_as_a_map_shows_it_that_fills_the_box(
     by_map: bool, trust: float, legs: int, as_shown: bool
