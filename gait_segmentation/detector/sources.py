@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.detector.detection import Detection
-from gait_segmentation.detector.map_regions import MapRegions
+from gait_segmentation.detector.map_regions import BodyShapes, MapRegions
 from gait_segmentation.detector.person_detector import LEAST_SHARE
 from gait_segmentation.detector.scheduler import DetectorScheduler
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap, HeatMaps
 from gait_segmentation.starting.config import StartingConfig
-from gait_segmentation.starting.shapes import BodyShapes
 
 _LATEST_NS = 1_000_000_000
 """Age from which on a look tells nothing of now, though slow computers need long for one."""

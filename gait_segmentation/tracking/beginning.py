@@ -16,8 +16,8 @@ from gait_segmentation.scene.scene import Scene, View
 from gait_segmentation.starting import FirstMask
 from gait_segmentation.tracking.existence import Existence
 from gait_segmentation.tracking.factory import TrackFactory
-from gait_segmentation.tracking.initialization import recognized
 from gait_segmentation.tracking.people import People, slim
+from gait_segmentation.tracking.reidentification import recognized
 from gait_segmentation.tracking.tentative import Tentative
 from gait_segmentation.tracking.track import Track
 

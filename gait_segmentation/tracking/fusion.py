@@ -32,16 +32,17 @@ from gait_segmentation.tracking.cues.heat_map import HeatMapCue
 from gait_segmentation.tracking.cues.motion import MotionCue
 from gait_segmentation.tracking.cues.sighting import SightingCue
 from gait_segmentation.tracking.likelihood import log_ratio, place_shown
-from gait_segmentation.tracking.pixels import PixelClaim, beyond
-from gait_segmentation.tracking.pose import Pose
-from gait_segmentation.tracking.state import Place, Silhouette, State
-from gait_segmentation.tracking.track import WHOLE, Track
-from gait_segmentation.tracking.visibility import (
+from gait_segmentation.tracking.pixels import (
     ALONE,
     GUARD,
     LEAST_SEEN,
+    PixelClaim,
     Visibility,
+    beyond,
 )
+from gait_segmentation.tracking.pose import Pose
+from gait_segmentation.tracking.state import Place, Silhouette, State
+from gait_segmentation.tracking.track import WHOLE, Track
 
 _AREA_RATE = 0.02
 """

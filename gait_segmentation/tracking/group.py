@@ -10,13 +10,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, overlap, size_of, within
+from gait_segmentation.images import Window, distance_from, overlap, placed, size_of, within
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.scene.scene import View
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.fusion import grown
 from gait_segmentation.tracking.likelihood import likelihood_image
-from gait_segmentation.tracking.pixels import associate
+from gait_segmentation.tracking.pixels import GUARD, associate
 from gait_segmentation.tracking.reidentification import reacquire
 from gait_segmentation.tracking.track import Track
 
@@ -24,6 +24,12 @@ Likelihoods = dict[int, NDArray[np.uint8]]
 
 ExpectedMask = tuple[Track, Window, NDArray[np.uint8]]
 """Where a person is expected: rows and columns about them, and (h, w) uint8 0/255 of these."""
+
+_OWN = 'own'
+"""Name of the note of what is likely theirs of who has no slot."""
+
+_COMMON = 0.1
+"""Share of somebody from which they meet another one."""
 
 
 def visible_silhouettes(tracks: Sequence[Track]) -> dict[int, NDArray[np.uint8]]:
@@ -152,3 +158,41 @@ def _take(taken: NDArray[np.uint8], track: Track, likelihood: NDArray[np.uint8])
     """Mark the likely pixels where a person is expected, in images of the working size."""
     likely = likelihood[track.window] > 127
     taken[track.window] |= np.where(likely, track.expected_mask(), 0)
+
+
+def keep_own(track: Track, likelihood: NDArray[np.uint8], others: Sequence[Track]) -> None:
+    """
+    Keep what is likely theirs as the mask of the newest frame, if nobody is met.
+
+    Of who has no slot no mask is cut: they learn from that.
+
+    :param likelihood: (h, w) uint8 of the view.
+    :param others: in the view, of whom masks are cut.
+    """
+    if track.state == LOST or track.is_outside or any(_meet(track, each) for each in others):
+        return
+    near = distance_from(track.expected_mask() > 127) < GUARD * track.pose.height
+    likely = likelihood[track.window] > 127
+    mask = np.where(near & likely, np.uint8(255), np.uint8(0))
+    track.history.note(_OWN, track.window, mask)
+
+
+def own_feedback(track: Track, stamp_ns: int) -> Feedback | None:
+    """Return what was kept of a frame without a mask, in working pixels, if anything was."""
+    for state in track.history.states:
+        noted = state.notes.get(_OWN)
+        if noted is not None and state.frame.image.stamp_ns == stamp_ns:
+            mask = placed(noted[1], noted[0], track.view.shape)
+            return Feedback(stamp_ns, track.track_id, mask, None, mask)
+    return None
+
+
+def _meet(track: Track, other: Track) -> bool:
+    """Return whether somebody is expected where another one is."""
+    window, expected = track.window, track.expected_mask()
+    shared = overlap(other.window, window)
+    if shared is None:
+        return False
+    theirs = other.expected_mask()[within(shared, other.window)]
+    both = cv2.bitwise_and(expected[within(shared, window)], theirs)
+    return cv2.countNonZero(both) > _COMMON * cv2.countNonZero(expected)

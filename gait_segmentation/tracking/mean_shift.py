@@ -29,10 +29,9 @@ from gait_segmentation.scene.scene import Frame, View
 from gait_segmentation.starting import FirstMask
 from gait_segmentation.starting.first_mask import in_view
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.pixels import PixelClaim
+from gait_segmentation.tracking.pixels import PixelClaim, Visibility
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.track import Track
-from gait_segmentation.tracking.visibility import Visibility
 
 _ITERATIONS, _DONE_PX = 10, 0.25
 """Most steps of mean shift, and the step that is the last."""

@@ -12,10 +12,18 @@ from gait_segmentation.detector.detection import SAME_PERSON, Detection, associa
 from gait_segmentation.geometry import Box
 from gait_segmentation.results import LOST, TRACKED
 from gait_segmentation.scene.scene import Regions, Scene, View
-from gait_segmentation.tracking.life_cycle import ENDED, next_state
 from gait_segmentation.tracking.pose import WIDEST_BODY
 from gait_segmentation.tracking.tentative import Tentative, follow
 from gait_segmentation.tracking.track import Track
+
+ENDED = 'ended'
+"""State of a track whose slot is free again."""
+
+_LOST_FRAMES = 2
+"""Frames in a row in which too little is seen after which a person is lost."""
+
+GAP_S = 0.5
+"""Time between two frames from which on no one is followed from one to the other."""
 
 _MOST_BESIDE = 4
 """Most people without a slot whose pixels are followed."""
@@ -264,3 +272,39 @@ def slim(body: Box) -> Box:
     """Return a body no wider than one: another person may be beside it."""
     width = min(body.width, WIDEST_BODY * body.height)
     return Box.from_center(body.center_x, body.center_y, width, body.height)
+
+
+def next_state(track: Track, stamp_ns: int, *, gap_s: float = 0.0) -> tuple[str, str]:
+    """
+    Return the state of a track from now on, and why; nothing else decides over it.
+
+    What cannot be a person by all that is known, see :class:`.Existence`, is ended. A tracked
+    person is lost in a gap, outside of the image, when they are rather not there, and when too
+    little is seen in two frames in a row. A lost person is tracked again when they are found and
+    rather there, and ended when they are not for so long as ``patience`` says.
+
+    :param stamp_ns: of the newest frame.
+    :param gap_s: seconds without a frame before that.
+    """
+    lost, existence = track.state == LOST, track.existence
+    doubt = existence.doubt(stamp_ns)
+    if existence.evidence(stamp_ns) < 0:
+        # Of somebody who is not published nobody asks that yet.
+        if track.slot is not None:
+            return ENDED, doubt
+        doubt = ''
+    if gap_s > GAP_S:
+        return LOST, f'no frame came for {gap_s:.1f} s'
+    if lost and track.found and not doubt:
+        return TRACKED, ''
+    if lost and track.lost_s > track.config.patience:
+        return ENDED, f'not found for {track.lost_s:.1f} s'
+    if lost:
+        return LOST, track.reason
+    if doubt:
+        return LOST, doubt
+    if track.is_outside:
+        return LOST, 'outside of the image'
+    if track.unseen_frames >= _LOST_FRAMES:
+        return LOST, 'hidden, or not distinct from the surroundings'
+    return TRACKED, ''

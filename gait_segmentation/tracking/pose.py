@@ -15,7 +15,7 @@ from gait_segmentation.colour import body_rows
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.images import Window, axis_tilt, bounding_box, quantiles, size_of
 from gait_segmentation.scene.scene import Shift
-from gait_segmentation.tracking.visibility import OUTERMOST
+from gait_segmentation.tracking.pixels import OUTERMOST
 
 _POSE_RATE, _VELOCITY_RATE = 0.1, 0.2
 """Share by which height and tilt, and the velocity, move towards what a mask or a frame shows."""

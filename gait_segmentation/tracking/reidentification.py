@@ -1,8 +1,15 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Re-identification of a lost person: where expected, else all over the image, made small."""
+"""
+Re-identification of a lost person: where expected, else all over the image, made small, or by
+whoever sees people.
+"""
 
 from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from operator import itemgetter
 
 import cv2
 import numpy as np
@@ -11,12 +18,13 @@ from numpy.typing import NDArray
 from gait_segmentation.colour import body_rows
 from gait_segmentation.geometry import REACH, Box
 from gait_segmentation.images import bounding_box, placed
-from gait_segmentation.scene.scene import Shift
+from gait_segmentation.scene.scene import Shift, View
+from gait_segmentation.starting import FirstMask
+from gait_segmentation.tracking.appearance import SAME_COLOURS
 from gait_segmentation.tracking.likelihood import likelihood_image, place_shown
-from gait_segmentation.tracking.pixels import PixelClaim
+from gait_segmentation.tracking.pixels import ALONE, LEAST_SEEN, PixelClaim, Visibility
 from gait_segmentation.tracking.state import Silhouette
 from gait_segmentation.tracking.track import Track
-from gait_segmentation.tracking.visibility import ALONE, LEAST_SEEN, Visibility
 
 _FOUND_SHARE, _FOUND_INSIDE, _FOUND_CONTRAST = 0.12, 0.5, 0.35
 """
@@ -27,8 +35,17 @@ what a search must score, too, since what is hidden adds nothing.
 _SEARCH_HEIGHT = 32
 """Height of the body in the image that is searched, in pixels."""
 
-FAR_COST = 0.08
+_FAR_COST = 0.08
 """What a body height away from the expected place costs."""
+
+_BY_PLACE = 0.1
+"""How much less alike a lost person may look where they are expected than far from there."""
+
+_MOST_GROWN = 0.4
+"""
+The most by which the height of a lost person, as a logarithm, may be another at once, and by which
+more in each second.
+"""
 
 
 def reacquire(
@@ -160,7 +177,35 @@ def find_silhouette(
     off_x, off_y = (0.5 if side % 2 else 0.0 for side in inside.shape[::-1])
     away_x = np.abs(np.arange(score.shape[1], dtype=np.float32) + np.float32(off_x - place[0]))
     away_y = np.abs(np.arange(score.shape[0], dtype=np.float32) + np.float32(off_y - place[1]))
-    score -= np.float32(FAR_COST / height) * (away_x[None, :] + away_y[:, None])
+    score -= np.float32(_FAR_COST / height) * (away_x[None, :] + away_y[:, None])
     score[np.hypot(away_x[None, :], away_y[:, None]) > reach * height] = -np.inf
     row, column = divmod(int(score.argmax()), score.shape[1])
     return column + off_x, row + off_y, float(score[row, column])
+
+
+def recognized(lost: Sequence[Track], view: View, start: FirstMask) -> Track | None:
+    """
+    Return who of those who are lost has been found again, if it is one of them.
+
+    The farther they are expected from there, the more alike they have to look, and nobody is soon
+    of another height.
+
+    :param start: the first mask, in the newest frame of the view.
+    """
+    place = start.box.scaled(1 / view.scale)
+    alike = [
+        (track.similarity(start, view.now) + _by_place(place, track), track) for track in lost
+    ]
+    similarity, track = max(alike, key=itemgetter(0), default=(0.0, None))
+    return track if similarity >= SAME_COLOURS else None
+
+
+def _by_place(place: Box, lost: Track) -> float:
+    """Return how much less alike a lost person may look in a place than as far as they can be."""
+    last = lost.body
+    if abs(math.log(place.height / last.height)) > _MOST_GROWN * (1 + lost.lost_s):
+        return -math.inf
+    away = math.hypot(place.center_x - last.center_x, place.center_y - last.center_y)
+    farther = away / last.height - lost.reach
+    # Who was not lost, but drawn away by something else, may be anywhere.
+    return -_FAR_COST * farther if farther > 0 else -_BY_PLACE * farther / lost.reach

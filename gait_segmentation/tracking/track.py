@@ -18,10 +18,15 @@ from gait_segmentation.scene.scene import Frame, Shift, View
 from gait_segmentation.starting import FirstMask
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.existence import Existence
-from gait_segmentation.tracking.pixels import PixelClaim
+from gait_segmentation.tracking.pixels import (
+    ALONE,
+    LEAST_SEEN,
+    PixelClaim,
+    Visibility,
+    visible_box,
+)
 from gait_segmentation.tracking.pose import Pose
 from gait_segmentation.tracking.state import History, Silhouette, State
-from gait_segmentation.tracking.visibility import ALONE, LEAST_SEEN, Visibility, visible_box
 
 _COAST_S, _STOP_S, _MOST_LOST_S = 1.0, 0.5, 1.0
 """

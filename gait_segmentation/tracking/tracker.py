@@ -31,9 +31,8 @@ from gait_segmentation.tracking.beginning import Beginner
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.drawing import draw_known, draw_new
 from gait_segmentation.tracking.factory import TrackFactory
-from gait_segmentation.tracking.life_cycle import GAP_S
-from gait_segmentation.tracking.own_mask import keep_own, own_feedback
-from gait_segmentation.tracking.people import People
+from gait_segmentation.tracking.group import keep_own, own_feedback
+from gait_segmentation.tracking.people import GAP_S, People
 from gait_segmentation.tracking.track import Track
 
 _NEW_NS = 600_000_000

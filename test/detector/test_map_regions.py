@@ -4,11 +4,10 @@ import cv2
 import numpy as np
 import pytest
 
-from gait_segmentation.detector.map_regions import MapRegions
+from gait_segmentation.detector.map_regions import BodyShapes, MapRegions, normalised
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
-from gait_segmentation.starting.shapes import BodyShapes, normalised
 from test.walkers import body
 
 SOURCE = (240, 320)

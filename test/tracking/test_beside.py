@@ -5,7 +5,7 @@ import pytest
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.tracking import people
-from gait_segmentation.tracking.own_mask import own_feedback
+from gait_segmentation.tracking.group import own_feedback
 from gait_segmentation.tracking.track import Track
 from test.tracking.figures import BLUE, GREEN, RED, STEP_NS, Figure, Told, picture, watched
 

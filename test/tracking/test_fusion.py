@@ -11,7 +11,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.images import placed
 from gait_segmentation.results import Feedback
 from gait_segmentation.tracking.fusion import grown
-from gait_segmentation.tracking.life_cycle import next_state
+from gait_segmentation.tracking.people import next_state
 from test.tracking.figures import HEIGHT, STEP_NS, WIDTH, Figure, Told, picture, walk
 
 BOARD = (130, 320)

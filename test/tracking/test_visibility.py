@@ -5,8 +5,8 @@ import pytest
 
 from gait_segmentation.geometry import Box
 from gait_segmentation.images import distance_from
+from gait_segmentation.tracking.pixels import Visibility, visible_box
 from gait_segmentation.tracking.reidentification import find_silhouette
-from gait_segmentation.tracking.visibility import Visibility, visible_box
 from test.tracking.figures import Figure
 
 SHAPE = (40, 30)

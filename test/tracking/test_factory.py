@@ -14,7 +14,8 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.heat_maps import HeatMap
 from gait_segmentation.scene.scene import Scene, View
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.initialization import estimate_first, recognized
+from gait_segmentation.tracking.factory import estimate_first
+from gait_segmentation.tracking.reidentification import recognized
 from gait_segmentation.tracking.track import Track
 from test.tracking.figures import (
     GREEN,
