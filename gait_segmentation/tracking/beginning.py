@@ -21,6 +21,9 @@ from gait_segmentation.tracking.reidentification import recognized
 from gait_segmentation.tracking.tentative import Tentative
 from gait_segmentation.tracking.track import Track
 
+_PARTS = 2
+"""Looks in a row that see more of a person than is followed after which they begin anew."""
+
 
 class Beginner:
     """Begins tracks before what the place looks like without people, which it remembers."""
@@ -65,6 +68,18 @@ class Beginner:
             begun.append(self._factory.make(view, start, given, existence, slot=slot))
             people.add(begun[-1])
 
+    def begin_anew(self, scene: Scene, people: People) -> None:
+        """Begin anew, with the same id, with people of whom only a part has been followed."""
+        for track in people.tracked:
+            if track.parts >= _PARTS:
+                people.tracks.remove(track)
+                box = track.sought_in(scene.stamp_ns)[-1]
+                whole = Detection(box, 1.0, track.drawn_now())
+                view, start = self._estimate(scene, people, whole)
+                slot, number = track.slot, track.track_id
+                make = self._factory.make
+                people.add(make(view, start, whole, track.existence, slot=slot, number=number))
+
     def begin_found(
         self, scene: Scene, people: People, found: Sequence[Tentative], *, given: bool
     ) -> None:
@@ -103,7 +118,7 @@ class Beginner:
         slot, number = people.by_slot.index(None) if free else None, None
         if before is not None:
             people.free(before.slot)
-            slot, number, existence = before.slot, before.track_id, before.existence.renewed()
+            slot, number, existence = before.slot, before.track_id, before.existence.seen_again()
         make = self._factory.make
         people.add(make(view, start, detection, existence, slot=slot, number=number))
         return None

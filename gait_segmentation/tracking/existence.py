@@ -49,6 +49,12 @@ What it adds that no pixel has moved since it was found, and no network draws a 
 after which time.
 """
 
+_STILL, _STILL_NS = -4.0, 4_000_000_000
+"""
+What it adds at last that no pixel has moved for so much longer, whatever a network draws: people
+sway, and of what hardly looks like a person a network draws one, too.
+"""
+
 _TRIAL_NS = 5_000_000_000
 """Time for which what has not moved since it was found is followed, whatever it looks like."""
 
@@ -104,10 +110,14 @@ class Existence:
         """Return what speaks for a person, whether they are there now or not."""
         if self.given:
             return CERTAIN
-        moved, present = self.moved_ns is not None, self.present or 0.0
-        rests = not moved and present <= 0 and stamp_ns - self.found_ns >= _RESTS_NS
-        seen = self.said + present
-        return seen + _AGAIN * (self.sightings > 1) + _MOVED * moved + _RESTS * rests
+        present = self.present or 0.0
+        seen = self.said + present + _AGAIN * (self.sightings > 1)
+        if self.moved_ns is not None:
+            # What moves is a person rather than a thing, unless a network saw that it is none.
+            return seen + _MOVED * min(max(1 + present, 0.0), 1.0)
+        still = (stamp_ns - self.found_ns - _RESTS_NS) / _STILL_NS
+        rests = _RESTS if still >= 0 >= present else 0.0
+        return seen + min(rests, _STILL * min(max(still, 0.0), 1.0))
 
     @property
     def is_gone(self) -> bool:
@@ -135,6 +145,7 @@ class Existence:
             looks=fade * looks,
             missed=0,
             silence=0.0,
+            unlike=False,
         )
 
     def drawn(self, presence: float) -> Existence:
@@ -147,7 +158,7 @@ class Existence:
 
     def seen_again(self) -> Existence:
         """Return the existence after it was seen where it should be, whatever it looks like."""
-        return replace(self, missed=0, silence=0.0)
+        return replace(self, missed=0, silence=0.0, unlike=False)
 
     def unseen(self) -> Existence:
         """Return the existence after a look that did not see them where they should be."""
@@ -169,11 +180,9 @@ class Existence:
 
     def resting(self, *, alike: bool) -> Existence:
         """Return the existence after a frame at rest, in which it looks as they did, or not."""
-        return self if alike else replace(self, unlike=True)
-
-    def renewed(self) -> Existence:
-        """Return that of the same person, found again: it is known how well they are seen."""
-        return replace(self.seen_again(), unlike=False)
+        # While a detector sees them they have only come into other light, or another outline.
+        is_seen = self.sightings > 0 and not self.missed
+        return self if alike or is_seen else replace(self, unlike=True)
 
     def doubt(self, stamp_ns: int) -> str:
         """Return what speaks against a person in the frame of a stamp, '' if little does."""

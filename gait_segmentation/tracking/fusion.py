@@ -171,6 +171,11 @@ class FusionTrack(Track):
             self.existence = self.existence.drawn(mask.presence)
             self._uncover(mask)
 
+    def drawn_now(self) -> SoftMask | None:
+        """Return what a network has drawn of them in the newest frame, None if none did."""
+        drawn, now = self._drawn, self.history.states[-1]
+        return drawn[0] if drawn is not None and drawn[1] is now else None
+
     def _uncover(self, mask: SoftMask) -> None:
         """Forget what was learnt of the place where somebody stood who is drawn there now."""
         view, window = self.view, self.window

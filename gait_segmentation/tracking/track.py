@@ -43,6 +43,12 @@ second, in body heights.
 _SHOWN_SHARE = 0.5
 """Share of a person from which a map shows them."""
 
+_TALLER, _EXACT = 1.25, 0.7
+"""
+Height in which a detector sees a person, over that of what is followed, which is then a part, and
+the score from which its boxes are exact enough to tell.
+"""
+
 WHOLE = 0.75
 """Share of a person from which all of them is seen, and so followed."""
 
@@ -184,10 +190,16 @@ class Track(ABC):
     masked_ns = 0
     """Stamp of the frame in which a network has drawn them last, 0 for none."""
 
+    parts = 0
+    """In how many looks in a row, up to the last, a detector saw more of them than is followed."""
+
     def see(self, detection: Detection, stamp_ns: int) -> None:
         """Take in where a detector saw the person in the frame of a stamp, and how clearly."""
         share = detection.box.height / max(self.view.source)
         self.existence = self.existence.seen(detection.score, share)
+        body = self.boxes_at(stamp_ns)[0].clipped(*self.view.source[::-1])
+        taller = body is not None and detection.box.height > _TALLER * body.height
+        self.parts = self.parts + 1 if taller and detection.score >= _EXACT else 0
 
     def take_mask(self, mask: SoftMask, box: Box) -> None:
         """
@@ -196,6 +208,10 @@ class Track(ABC):
         :param box: in which it was asked to, in source pixels.
         """
         self.masked_ns = self.view.now.image.stamp_ns
+
+    def drawn_now(self) -> SoftMask | None:
+        """Return what a network has drawn of them in the newest frame, None if none did."""
+        return None
 
     def overlook(self) -> None:
         """Take in that a detector did not see the person where they should be."""

@@ -187,6 +187,7 @@ class PeopleTracker:
         found = draw_new(draw, found, stamp_ns, late=seen.stamp_ns < stamp_ns)
         draw_known(draw, people.tracked, stamp_ns)
         self._beginner.remember(scene, people, wanted=not (at_first or self._is_given))
+        self._beginner.begin_anew(scene, people)
         self._beginner.begin_given(scene, people, given, masks)
         self._beginner.begin_found(scene, people, found, given=self._is_given)
         likelihoods = self._observe(scene)

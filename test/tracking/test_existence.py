@@ -41,7 +41,7 @@ def test_silence_says_the_more_the_more_reliably_somebody_was_seen_before():
 
 
 def test_of_whom_is_found_again_it_is_known_how_reliably_they_are_seen():
-    again = looks('x' * 12 + '...').renewed()
+    again = looks('x' * 12 + '...').seen_again()
     assert again.log_odds(S) > 0
     assert again.unseen().unseen().unseen().log_odds(S) < 0
 
@@ -100,12 +100,21 @@ def test_what_rests_since_it_was_found_must_look_the_more_like_a_person(score, s
     assert existence.moving(S).log_odds(9 * S) > 0
 
 
-@pytest.mark.parametrize(('score', 'presence', 'stays'), [(0.45, 5.0, True), (0.55, -4.0, False)])
-def test_who_rests_and_is_drawn_there_need_not_move(score, presence, stays):
+@pytest.mark.parametrize(
+    ('score', 'presence', 'seconds', 'stays'),
+    [
+        (0.45, 5.0, 1, True),
+        (0.55, -4.0, 1, False),
+        (0.45, 5.0, 5, False),
+        (0.55, 5.0, 5, True),
+        (0.55, 5.0, 60, True),
+    ],
+)
+def test_who_rests_and_is_drawn_there_need_not_move_soon(score, presence, seconds, stays):
     existence = looks('xxx', score, SMALL)
     for _ in range(8):
         existence = existence.drawn(presence)
-    assert ('not moved' not in existence.doubt(2 * S)) == stays
+    assert ('not moved' not in existence.doubt((1 + seconds) * S)) == stays
 
 
 def test_what_was_said_long_ago_does_not_count():
@@ -122,14 +131,30 @@ def test_what_moves_and_hardly_looks_like_a_person_is_none(score, person):
     assert ('hardly looks' in existence.doubt(2 * S)) != person
 
 
+@pytest.mark.parametrize(('presence', 'person'), [(-5.0, False), (1.0, True)])
+def test_what_moves_and_is_drawn_as_no_person_is_none(presence, person):
+    existence = looks('x' * 9, 0.55).drawn(presence).moving(S)
+    assert (existence.log_odds(2 * S) >= 0) == person
+
+
 def test_what_ceases_to_move_and_looks_otherwise_is_doubted_until_it_moves():
     existence = looks('xxx').moving(S)
     assert not existence.is_at_rest(S + S // 5)
     assert existence.is_at_rest(S + S // 2)
     assert existence.resting(alike=True) == existence
-    other = existence.resting(alike=False)
+    other = existence.unseen().resting(alike=False)
     assert 'otherwise' in other.doubt(2 * S)
     assert other.moving(2 * S).doubt(2 * S) == ''
+
+
+def test_whom_a_detector_sees_at_rest_may_look_otherwise():
+    existence = looks('xxx').moving(S)
+    assert existence.resting(alike=False) == existence
+    other = existence.unseen().resting(alike=False)
+    for again in (other.seen(0.9, TALL), other.seen_again()):
+        assert again.doubt(2 * S) == ''
+    # Nobody looks, or has ever seen them.
+    assert Existence(S, given=True).moving(S).resting(alike=False).doubt(2 * S) != ''
 
 
 def test_whose_box_is_given_is_a_person_until_they_are_not_there():

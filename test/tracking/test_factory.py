@@ -75,6 +75,27 @@ def test_a_box_starts_before_what_the_camera_has_seen() -> None:
     assert known[0] == 0 < 0.5 < known[1]
 
 
+@pytest.mark.parametrize('looks', [1, 2])
+def test_of_whom_two_looks_see_more_than_is_followed_begins_anew(looks: int) -> None:
+    figure = Figure(100)
+    image, (mask,) = picture([figure])
+    part = mask.copy()
+    part[95:] = 0
+    boxes: list[Box] = []
+    told = watched(boxes)
+    told.tracker.initialize(Box.around(part))
+    results = []
+    for seen in ([part], [part], looks * [mask], [part], [part]):
+        for each in seen:
+            boxes[:] = [Box.around(each)]
+            results += told.see(image, [part])
+    assert ids(results) == len(results) * [1]
+    (track,) = told.tracker.tracks()
+    whole = track.body.iou(figure.box) > 0.8
+    assert whole == (looks > 1)
+    assert results[1].body.height < 0.7 * figure.height
+
+
 @pytest.mark.parametrize(('coat', 'track_id'), [(RED, 1), (GREEN, 2)])
 def test_somebody_found_is_the_lost_one_only_in_the_same_clothes(
     coat: tuple[int, int, int], track_id: int
