@@ -40,8 +40,11 @@ _SMALL_SHARE, _TALL_SHARE = 0.14, 0.235
 _AGAIN = 0.4
 """What a second look adds."""
 
-_MOVED = 2.0
-"""What it adds that the box is elsewhere than it was, or that the pixels move with the person."""
+_MOVED, _MOST_MOVING = 2.0, 0.2
+"""
+What it adds that it moves, and the share of its pixels that then do: before a thing leaves and
+noise move fewer.
+"""
 
 _RESTS, _RESTS_NS = -2.5, 1_000_000_000
 """
@@ -82,7 +85,8 @@ class Existence:
     ``said`` is the mean of what the last ``sightings`` of a detector say, and ``present`` what the
     masks of a network that draws them say, None if it never did; of ``looks`` it had ``hits``
     while they were known to be there, and ``missed`` the last.  ``found_ns`` is the stamp of the
-    first frame, and ``moved_ns`` that of the last in which they moved, None if they never did.
+    first frame, and ``moved_ns`` that of the last in which any of it moved, None if it never did;
+    ``motion`` says how much of it has moved at most, 1 if it was enough for a person.
     """
 
     found_ns: int
@@ -91,6 +95,7 @@ class Existence:
     sightings: float = 0.0
     present: float | None = None
     moved_ns: int | None = None
+    motion: float = 0.0
     unlike: bool = False
     hits: float = 1.0
     looks: float = 2.0
@@ -110,14 +115,14 @@ class Existence:
         """Return what speaks for a person, whether they are there now or not."""
         if self.given:
             return CERTAIN
-        present = self.present or 0.0
+        present, still = self.present or 0.0, stamp_ns - self.found_ns - _RESTS_NS
         seen = self.said + present + _AGAIN * (self.sightings > 1)
-        if self.moved_ns is not None:
-            # What moves is a person rather than a thing, unless a network saw that it is none.
-            return seen + _MOVED * min(max(1 + present, 0.0), 1.0)
-        still = (stamp_ns - self.found_ns - _RESTS_NS) / _STILL_NS
-        rests = _RESTS if still >= 0 >= present else 0.0
-        return seen + min(rests, _STILL * min(max(still, 0.0), 1.0))
+        # What moves is a person rather than a thing, unless a network saw that it is none.
+        moves = _MOVED * min(max(1 + present, 0.0), 1.0)
+        rests = _STILL * min(max(still / _STILL_NS, 0.0), 1.0)
+        if still >= 0 >= present:
+            rests = min(rests, _RESTS)
+        return seen + self.motion * moves + (1 - self.motion) * rests
 
     @property
     def is_gone(self) -> bool:
@@ -165,13 +170,14 @@ class Existence:
         said = -math.log(max(1 - self.hits / self.looks, 1e-3))
         return replace(self, missed=self.missed + 1, silence=self.silence + said)
 
-    def moving(self, stamp_ns: int) -> Existence:
-        """Return the existence after a frame in which they move against the world."""
-        return replace(self, moved_ns=stamp_ns, unlike=False)
+    def moving(self, stamp_ns: int, share: float = 1.0) -> Existence:
+        """Return the existence after a frame in which a share of it moves against the world."""
+        motion = max(self.motion, min(share / _MOST_MOVING, 1.0))
+        return replace(self, moved_ns=stamp_ns, motion=motion, unlike=False)
 
     def is_on_trial(self, stamp_ns: int) -> bool:
-        """Return whether they have not moved since they were found, but not for long."""
-        resting = self.moved_ns is None and not (self.given or self.is_gone)
+        """Return whether they have hardly moved since they were found, but not for long."""
+        resting = self.motion < 1 and not (self.given or self.is_gone)
         return resting and stamp_ns - self.found_ns < _TRIAL_NS
 
     def is_at_rest(self, stamp_ns: int) -> bool:
@@ -188,10 +194,10 @@ class Existence:
         """Return what speaks against a person in the frame of a stamp, '' if little does."""
         if self.is_person(stamp_ns):
             return ''
-        if self.evidence(stamp_ns) < 0 and self.moved_ns is not None:
+        if self.evidence(stamp_ns) < 0 and self.motion > 0.5:
             return 'it moves, but hardly looks like a person'
         if self.evidence(stamp_ns) < 0:
-            return 'it has not moved since it was found'
+            return 'it has hardly moved since it was found'
         if self.unlike:
             return 'what is there does not move, and looks otherwise than they did'
         return 'the detector, which saw them, does not any more'

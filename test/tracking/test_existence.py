@@ -96,7 +96,7 @@ def test_a_network_that_draws_them_says_who_is_a_person(score, share, drawn, beg
 def test_what_rests_since_it_was_found_must_look_the_more_like_a_person(score, share, stays):
     existence = looks('xxx', score, share)
     assert existence.doubt(2 * S - 1) == ''
-    assert ('not moved' not in existence.doubt(2 * S)) == stays
+    assert ('hardly moved' not in existence.doubt(2 * S)) == stays
     assert existence.moving(S).log_odds(9 * S) > 0
 
 
@@ -114,7 +114,7 @@ def test_who_rests_and_is_drawn_there_need_not_move_soon(score, presence, second
     existence = looks('xxx', score, SMALL)
     for _ in range(8):
         existence = existence.drawn(presence)
-    assert ('not moved' not in existence.doubt((1 + seconds) * S)) == stays
+    assert ('hardly moved' not in existence.doubt((1 + seconds) * S)) == stays
 
 
 def test_what_was_said_long_ago_does_not_count():
@@ -135,6 +135,13 @@ def test_what_moves_and_hardly_looks_like_a_person_is_none(score, person):
 def test_what_moves_and_is_drawn_as_no_person_is_none(presence, person):
     existence = looks('x' * 9, 0.55).drawn(presence).moving(S)
     assert (existence.log_odds(2 * S) >= 0) == person
+
+
+@pytest.mark.parametrize(('share', 'person'), [(0.02, False), (0.3, True)])
+def test_what_hardly_moves_rests(share, person):
+    existence = looks('x' * 9, 0.6).moving(S, share).moving(2 * S, 0.01)
+    assert (existence.log_odds(9 * S) >= 0) == person
+    assert ('hardly moved' in existence.doubt(9 * S)) != person
 
 
 def test_what_ceases_to_move_and_looks_otherwise_is_doubted_until_it_moves():

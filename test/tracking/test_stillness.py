@@ -86,7 +86,7 @@ def test_what_looks_a_little_like_a_person_must_be_seen_to_move():
     assert {each.state for each in results[:20]} == {'tracked'}
     # The detector goes on seeing it.
     assert {each.state for each in results[40:200]} == {'empty'}
-    assert 'not moved' in results[40].reason
+    assert 'hardly moved' in results[40].reason
     assert results[-1].state == 'tracked'
 
 
