@@ -117,12 +117,10 @@ class Existence:
             return CERTAIN
         present, still = self.present or 0.0, stamp_ns - self.found_ns - _RESTS_NS
         seen = self.said + present + _AGAIN * (self.sightings > 1)
-        # What moves is a person rather than a thing, unless a network saw that it is none.
-        moves = _MOVED * min(max(1 + present, 0.0), 1.0)
         rests = _STILL * min(max(still / _STILL_NS, 0.0), 1.0)
         if still >= 0 >= present:
             rests = min(rests, _RESTS)
-        return seen + self.motion * moves + (1 - self.motion) * rests
+        return seen + self.motion * _MOVED + (1 - self.motion) * rests
 
     @property
     def is_gone(self) -> bool:

@@ -38,8 +38,11 @@ _SEARCH_HEIGHT = 32
 _FAR_COST = 0.08
 """What a body height away from the expected place costs."""
 
-_BY_PLACE = 0.1
-"""How much less alike a lost person may look where they are expected than far from there."""
+_AT_PLACE, _AT_REACH, _BEYOND = 0.1, 0.2, 0.15
+"""
+How much less alike a lost person may look where they are expected, and how much more they have to
+as far as they can be, and a body height beyond: in a crowd many look alike.
+"""
 
 _MOST_GROWN = 0.4
 """
@@ -201,11 +204,13 @@ def recognized(lost: Sequence[Track], view: View, start: FirstMask) -> Track | N
 
 
 def _by_place(place: Box, lost: Track) -> float:
-    """Return how much less alike a lost person may look in a place than as far as they can be."""
+    """Return how much less alike a lost person may look in a place, below 0: has to look more."""
     last = lost.body
     if abs(math.log(place.height / last.height)) > _MOST_GROWN * (1 + lost.lost_s):
         return -math.inf
     away = math.hypot(place.center_x - last.center_x, place.center_y - last.center_y)
-    farther = away / last.height - lost.reach
+    share = away / last.height / lost.reach
+    if share <= 1:
+        return _AT_PLACE - share * (_AT_PLACE + _AT_REACH)
     # Who was not lost, but drawn away by something else, may be anywhere.
-    return -_FAR_COST * farther if farther > 0 else -_BY_PLACE * farther / lost.reach
+    return -_AT_REACH - _BEYOND * (share - 1) * lost.reach

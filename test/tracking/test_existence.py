@@ -131,12 +131,6 @@ def test_what_moves_and_hardly_looks_like_a_person_is_none(score, person):
     assert ('hardly looks' in existence.doubt(2 * S)) != person
 
 
-@pytest.mark.parametrize(('presence', 'person'), [(-5.0, False), (1.0, True)])
-def test_what_moves_and_is_drawn_as_no_person_is_none(presence, person):
-    existence = looks('x' * 9, 0.55).drawn(presence).moving(S)
-    assert (existence.log_odds(2 * S) >= 0) == person
-
-
 @pytest.mark.parametrize(('share', 'person'), [(0.02, False), (0.3, True)])
 def test_what_hardly_moves_rests(share, person):
     existence = looks('x' * 9, 0.6).moving(S, share).moving(2 * S, 0.01)
