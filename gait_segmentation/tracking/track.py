@@ -34,10 +34,10 @@ Time for which a hidden person is taken to walk on, in which they are then to st
 they are lost longer with a frame at most, however long that took to come.
 """
 
-_OFF, _FASTEST = 0.5, 2.5
+_OFF, _FASTEST = 0.5, 6.0
 """
 How far from where they are expected who is lost may be at first, and how much farther after each
-second, in body heights: they are expected to walk on.
+second, in body heights.
 """
 
 _SHOWN_SHARE = 0.5

@@ -208,11 +208,15 @@ def test_of_whom_has_not_moved_yet_every_mask_tells_whether_they_are_a_person():
     (person,) = track.tracker.tracks()
     mask = SoftMask(np.zeros((9, 9), np.uint8), 1.0, (0.0, 0.0), figure.box, presence=-3.0)
     before = person.existence
+    assert person.drawn_now() is None
     person.take_mask(mask, figure.box)
+    assert person.drawn_now() is mask
     assert person.existence == before.drawn(-3.0)
     person.existence = moved = person.existence.moving(S)
     person.take_mask(mask, figure.box)
     assert person.existence == moved
+    track.show(figure)
+    assert person.drawn_now() is None
 
 
 @pytest.mark.parametrize('given', [True, False])

@@ -8,6 +8,9 @@ import cv2
 import numpy as np
 import pytest
 
+from gait_segmentation.detector.detection import Detection
+from gait_segmentation.detector.networks import DetectorConfig, Networks
+from gait_segmentation.detector.scheduler import DetectorScheduler
 from gait_segmentation.errors import InputError
 from gait_segmentation.gait_model import default_bank
 from gait_segmentation.geometry import Box
@@ -96,6 +99,24 @@ def test_of_whom_two_looks_see_more_than_is_followed_begins_anew(looks: int) -> 
     assert results[1].body.height < 0.7 * figure.height
 
 
+@pytest.mark.parametrize(('score', 'anew'), [(0.9, True), (0.6, False)])
+def test_a_sure_look_that_sees_more_than_is_followed_is_soon_followed_by_another(
+    score: float, anew: bool
+) -> None:
+    figure = Figure(100)
+    image, (mask,) = picture([figure])
+    part = mask.copy()
+    part[95:] = 0
+    rarely = DetectorConfig(calm_period=9.0, urgent_period=STEP_NS / 1e9)
+    networks = Networks(lambda image: [Detection(figure.box, score)])
+    told = Told(scheduler=DetectorScheduler(rarely, networks))
+    told.tracker.initialize(Box.around(part))
+    for _ in range(4):
+        told.see(image, [part])
+    (track,) = told.tracker.tracks()
+    assert (track.body.iou(figure.box) > 0.8) == anew
+
+
 @pytest.mark.parametrize(('coat', 'track_id'), [(RED, 1), (GREEN, 2)])
 def test_somebody_found_is_the_lost_one_only_in_the_same_clothes(
     coat: tuple[int, int, int], track_id: int
@@ -106,7 +127,7 @@ def test_somebody_found_is_the_lost_one_only_in_the_same_clothes(
         boxes[:] = [figure.box] if figure.x < 320 else []
         results = told.show(figure)
     boxes.clear()
-    for _ in range(40):
+    for _ in range(12):
         results = told.show()
     assert (results[0].state, results[0].track_id) == ('lost', 1)
     # Far from where the first has left.
