@@ -21,9 +21,6 @@ from gait_segmentation.tracking.reidentification import recognized
 from gait_segmentation.tracking.tentative import Tentative
 from gait_segmentation.tracking.track import Track
 
-_PARTS = 2
-"""Looks in a row that see more of a person than is followed after which they begin anew."""
-
 
 class Beginner:
     """Begins tracks before what the place looks like without people, which it remembers."""
@@ -71,7 +68,7 @@ class Beginner:
     def begin_anew(self, scene: Scene, people: People) -> None:
         """Begin anew, with the same id, with people of whom only a part has been followed."""
         for track in people.tracked:
-            if track.parts >= _PARTS:
+            if track.is_part:
                 people.tracks.remove(track)
                 box = track.sought_in(scene.stamp_ns)[-1]
                 whole = Detection(box, 1.0, track.drawn_now())

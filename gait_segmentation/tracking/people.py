@@ -118,8 +118,7 @@ class People:
 
     def is_missing(self, stamp_ns: int, *, others: bool) -> bool:
         """
-        Return whether anybody is lost or was not seen, or not as followed, at the last look, or
-        nobody is there.
+        Return whether anybody is lost or was not seen at the last look, or nobody is there.
 
         :param others: whether others may begin: who may be new is missing as well, and people who
             are near each other may be taken for one another.
@@ -128,7 +127,7 @@ class People:
         found = [track for track in published if track.state == TRACKED]
         if not published or len(found) < len(published):
             return True
-        if any(track.existence.missed or track.parts for track in published):
+        if any(track.existence.missed for track in published):
             return True
         if not others:
             return False

@@ -49,6 +49,9 @@ Height in which a detector sees a person, over that of what is followed, which i
 the score from which its boxes are exact enough to tell.
 """
 
+_PART_NS = 300_000_000
+"""Time for which all looks have to see that: a dog that jumps before somebody is soon gone."""
+
 WHOLE = 0.75
 """Share of a person from which all of them is seen, and so followed."""
 
@@ -95,6 +98,7 @@ class Track(ABC):
         self.seen, self.unoccluded = 1.0, True
         self.lost_s, self.unseen_frames, self.found = 0.0, 0, False
         self._box: Box | None = None
+        self._part_since_ns = 0
         self._window: tuple[Pose | None, Window] = None, (slice(0), slice(0))
 
     @property
@@ -190,8 +194,8 @@ class Track(ABC):
     masked_ns = 0
     """Stamp of the frame in which a network has drawn them last, 0 for none."""
 
-    parts = 0
-    """In how many looks in a row, up to the last, a detector saw more of them than is followed."""
+    is_part = False
+    """Whether for some time all looks of a detector saw more of them than is followed."""
 
     def see(self, detection: Detection, stamp_ns: int) -> None:
         """Take in where a detector saw the person in the frame of a stamp, and how clearly."""
@@ -199,7 +203,9 @@ class Track(ABC):
         self.existence = self.existence.seen(detection.score, share)
         body = self.boxes_at(stamp_ns)[0].clipped(*self.view.source[::-1])
         taller = body is not None and detection.box.height > _TALLER * body.height
-        self.parts = self.parts + 1 if taller and detection.score >= _EXACT else 0
+        since_ns = self._part_since_ns or stamp_ns
+        self._part_since_ns = since_ns if taller and detection.score >= _EXACT else 0
+        self.is_part = self._part_since_ns > 0 and stamp_ns - since_ns >= _PART_NS
 
     def take_mask(self, mask: SoftMask, box: Box) -> None:
         """

@@ -78,43 +78,31 @@ def test_a_box_starts_before_what_the_camera_has_seen() -> None:
     assert known[0] == 0 < 0.5 < known[1]
 
 
-@pytest.mark.parametrize('looks', [1, 2])
-def test_of_whom_two_looks_see_more_than_is_followed_begins_anew(looks: int) -> None:
-    figure = Figure(100)
-    image, (mask,) = picture([figure])
-    part = mask.copy()
-    part[95:] = 0
-    boxes: list[Box] = []
-    told = watched(boxes)
-    told.tracker.initialize(Box.around(part))
-    results = []
-    for seen in ([part], [part], looks * [mask], [part], [part]):
-        for each in seen:
-            boxes[:] = [Box.around(each)]
-            results += told.see(image, [part])
-    assert ids(results) == len(results) * [1]
-    (track,) = told.tracker.tracks()
-    whole = track.body.iou(figure.box) > 0.8
-    assert whole == (looks > 1)
-    assert results[1].body.height < 0.7 * figure.height
-
-
-@pytest.mark.parametrize(('score', 'anew'), [(0.9, True), (0.6, False)])
-def test_a_sure_look_that_sees_more_than_is_followed_is_soon_followed_by_another(
-    score: float, anew: bool
+@pytest.mark.parametrize(
+    ('score', 'seen', 'anew'),
+    [(0.9, 10, True), (0.9, 6, False), (0.6, 10, False)],
+)
+def test_of_whom_more_is_seen_for_some_time_than_is_followed_begins_anew(
+    score: float, seen: int, anew: bool
 ) -> None:
     figure = Figure(100)
     image, (mask,) = picture([figure])
     part = mask.copy()
     part[95:] = 0
-    rarely = DetectorConfig(calm_period=9.0, urgent_period=STEP_NS / 1e9)
-    networks = Networks(lambda image: [Detection(figure.box, score)])
-    told = Told(scheduler=DetectorScheduler(rarely, networks))
+    boxes: list[Box] = []
+    config = DetectorConfig(calm_period=0.02, urgent_period=0.02)
+    networks = Networks(lambda image: [Detection(box, score) for box in boxes])
+    told = Told(scheduler=DetectorScheduler(config, networks))
     told.tracker.initialize(Box.around(part))
-    for _ in range(4):
-        told.see(image, [part])
+    results = []
+    for each in (2 * [part], seen * [mask], [part], (10 - seen) * [mask]):
+        for shown in each:
+            boxes[:] = [Box.around(shown)]
+            results += told.see(image, [part])
+    assert ids(results) == len(results) * [1]
     (track,) = told.tracker.tracks()
     assert (track.body.iou(figure.box) > 0.8) == anew
+    assert results[8].body.height < 0.7 * figure.height
 
 
 @pytest.mark.parametrize(('coat', 'track_id'), [(RED, 1), (GREEN, 2)])
