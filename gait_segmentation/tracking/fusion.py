@@ -169,6 +169,7 @@ class FusionTrack(Track):
             self._see_in(mask.box if mask.box and mask.fits(box) else box, now.place)
         if self.existence.motion < 1:
             self.existence = self.existence.drawn(mask.presence)
+        if self.existence.moved_ns is None:
             self._uncover(mask)
 
     def drawn_now(self) -> SoftMask | None:

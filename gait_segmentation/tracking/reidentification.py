@@ -38,10 +38,10 @@ _SEARCH_HEIGHT = 32
 _FAR_COST = 0.08
 """What a body height away from the expected place costs."""
 
-_AT_PLACE, _AT_REACH, _BEYOND = 0.1, 0.2, 0.15
+_AT_PLACE, _AT_REACH = 0.1, 0.2
 """
 How much less alike a lost person may look where they are expected, and how much more they have to
-as far as they can be, and a body height beyond: in a crowd many look alike.
+as far as they can be: in a crowd many look alike.
 """
 
 _MOST_GROWN = 0.4
@@ -213,4 +213,4 @@ def _by_place(place: Box, lost: Track) -> float:
     if share <= 1:
         return _AT_PLACE - share * (_AT_PLACE + _AT_REACH)
     # Who was not lost, but drawn away by something else, may be anywhere.
-    return -_AT_REACH - _BEYOND * (share - 1) * lost.reach
+    return -_AT_REACH - _FAR_COST * (share - 1) * lost.reach
