@@ -101,7 +101,7 @@ class Beginner:
         detection, existence, near = each.detection, each.existence, None
         is_person = existence.is_person(scene.stamp_ns)
         lost = people.doubted if is_person else []
-        free = is_person and None in people.by_slot and not given
+        free = is_person and not given and people.has_room(detection.box.height)
         # A region of a map has an outline, and so may take its pixels along at once.
         if self._factory.config.use_bystanders and (is_person or detection.by_map):
             near = people.near(self._factory.tight(detection), by_map=detection.by_map)
@@ -112,10 +112,12 @@ class Beginner:
         before = recognized(lost, view, start)
         if before is None and not (free or near):
             return replace(each, compared_ns=scene.stamp_ns)
-        slot, number = people.by_slot.index(None) if free else None, None
+        slot = number = None
         if before is not None:
             people.free(before.slot)
             slot, number, existence = before.slot, before.track_id, before.existence.seen_again()
+        elif free:
+            slot = people.make_room()
         make = self._factory.make
         people.add(make(view, start, detection, existence, slot=slot, number=number))
         return None

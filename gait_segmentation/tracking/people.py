@@ -34,6 +34,9 @@ _NEAR, _AWAY = 0.4, 0.8
 _SHORTEST, _TALLEST = 0.5, 2.0
 """Height of somebody without a slot over that of who is near."""
 
+_NEARER = 2.0
+"""Height over that of the smallest with a slot from which somebody without one has theirs."""
+
 _LOST_S = 1.0
 """Time for which somebody without a slot is looked for who is out of sight, in seconds."""
 
@@ -208,11 +211,26 @@ class People:
         self.tracks = alive
 
     def number(self, stamp_ns: int) -> None:
-        """Give free slots to people who are followed without one, the tallest first."""
+        """Give slots to people who are followed without one, the tallest first."""
         waiting = [track for track in self.tracked if track.slot is None]
         for track in sorted(waiting, key=lambda each: -each.body.height):
-            if None in self.by_slot and track.existence.is_person(stamp_ns):
-                track.publish(self.by_slot.index(None))
+            if track.existence.is_person(stamp_ns) and self.has_room(track.body.height):
+                track.publish(self.make_room())
+
+    def has_room(self, height: float) -> bool:
+        """
+        Return whether there is a slot for somebody of a height in source pixels.
+
+        Of several slots that of somebody much smaller is one; one alone stays with whom it has.
+        """
+        heights = [track.body.height for track in self.published]
+        return len(heights) < self.slots or (self.slots > 1 and height > _NEARER * min(heights))
+
+    def make_room(self) -> int:
+        """Return a free slot; if there is none, the smallest is followed on without theirs."""
+        if None not in self.by_slot:
+            min(self.published, key=lambda track: track.body.height).publish(None)
+        return self.by_slot.index(None)
 
     def follow(
         self,

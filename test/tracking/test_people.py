@@ -42,6 +42,29 @@ def test_the_tallest_get_slots_first_and_the_others_when_one_is_free() -> None:
     assert results[1].body.iou(people[0].box) > 0.5
 
 
+@pytest.mark.parametrize(
+    ('slots', 'height', 'takes'), [(2, 120, True), (2, 80, False), (1, 120, False)]
+)
+def test_who_is_much_taller_than_one_of_several_takes_that_slot(
+    slots: int, height: float, takes: bool
+) -> None:
+    boxes: list[Box] = []
+    told = watched(boxes, slots)
+    people = [Figure(60, RED, height=50), Figure(160, BLUE, height=60)][:slots]
+    boxes[:] = [each.box for each in people]
+    for _ in range(5):
+        told.show(*people)
+    boxes.append(Figure(260, GREEN, height=height).box)
+    for _ in range(5):
+        results = told.show(*people, Figure(260, GREEN, height=height))
+    bodies = [result.body for result in results]
+    assert any(body.iou(boxes[-1]) > 0.5 for body in bodies) == takes
+    # It is that of the smallest, and nobody else's changes.
+    tallest = people[-1].box
+    assert any(body.iou(tallest) > 0.5 for body in bodies)
+    assert len(set(ids(results))) == slots
+
+
 def test_two_who_touch_from_the_beginning_are_two() -> None:
     boxes: list[Box] = []
     told = watched(boxes, 2)
