@@ -64,6 +64,9 @@ _TRIAL_NS = 5_000_000_000
 _UNLIKE = -6.0
 """What it adds that what rests looks otherwise than it did while it moved."""
 
+_SURE = 1.5
+"""What looks say of somebody, in the mean, who is there whatever it looks like."""
+
 _ASKED_NS = 300_000_000
 """Time without motion after which it is asked what rests there: people sway, things do not."""
 
@@ -184,8 +187,8 @@ class Existence:
 
     def resting(self, *, alike: bool) -> Existence:
         """Return the existence after a frame at rest, in which it looks as they did, or not."""
-        # While a detector sees them they have only come into other light, or another outline.
-        is_seen = self.sightings > 0 and not self.missed
+        # Whom a detector surely sees has only come into other light, or another outline.
+        is_seen = self.said >= _SURE and not self.missed
         return self if alike or is_seen else replace(self, unlike=True)
 
     def doubt(self, stamp_ns: int) -> str:
