@@ -180,6 +180,31 @@ def test_it_is_known_when_somebody_was_drawn_last() -> None:
         assert track.masked_ns == (number + 1) * STEP_NS
 
 
+@pytest.mark.parametrize('moved', [False, True])
+def test_a_mask_tells_what_was_learnt_of_the_place_only_of_who_never_moved(moved: bool) -> None:
+    told, figure = Told(), Figure(100)
+    told.start(figure)
+    for _ in range(10):
+        told.show(figure)
+    (track,) = told.tracker.tracks()
+    if moved:
+        track.existence = track.existence.moving(told.stamp_ns)
+    known, values = track.view.background.count.copy(), figure.mask()
+    values[60:100, 130:150] = 255
+    whole = Box(0, 0, WIDTH, HEIGHT)
+    track.take_mask(SoftMask(values, 1.0, (0.0, 0.0), whole), figure.box)
+    assert (track.view.background.count == known).all() == moved
+
+
+def test_how_much_of_a_person_moves_is_taken_in() -> None:
+    told, figure = Told(), Figure(100)
+    told.start(figure)
+    for number in range(12):
+        told.show(Figure(100, stride=0.1 + 0.01 * (number % 2)))
+    (track,) = told.tracker.tracks()
+    assert 0 < track.existence.motion < 1
+
+
 def test_who_was_found_again_is_lost_anew_only_after_as_many_frames() -> None:
     told, figure = Told(), Figure(100)
     told.start(figure)
