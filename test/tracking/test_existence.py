@@ -104,6 +104,7 @@ def test_what_rests_since_it_was_found_must_look_the_more_like_a_person(score, s
     ('score', 'presence', 'seconds', 'stays'),
     [
         (0.45, 5.0, 1, True),
+        (0.45, 5.0, 2, True),
         (0.55, -4.0, 1, False),
         (0.45, 5.0, 5, False),
         (0.55, 5.0, 5, True),
@@ -129,6 +130,13 @@ def test_what_moves_and_hardly_looks_like_a_person_is_none(score, person):
     existence = looks('x' * 9, score).moving(S)
     assert (existence.log_odds(2 * S) >= 0) == person
     assert ('hardly looks' in existence.doubt(2 * S)) != person
+
+
+def test_what_hardly_moves_is_on_trial_for_some_seconds():
+    existence = looks('xxx').moving(S, 0.05)
+    assert existence.is_on_trial(2 * S)
+    assert not existence.is_on_trial(9 * S)
+    assert not existence.moving(2 * S, 0.3).is_on_trial(2 * S)
 
 
 @pytest.mark.parametrize(('share', 'person'), [(0.02, False), (0.3, True)])

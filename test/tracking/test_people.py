@@ -65,6 +65,15 @@ def test_who_is_much_taller_than_one_of_several_takes_that_slot(
     assert len(set(ids(results))) == slots
 
 
+@pytest.mark.parametrize(('score', 'slot'), [(0.9, 0), (0.2, None)])
+def test_only_who_is_taken_for_a_person_gets_a_free_slot(score: float, slot: int | None) -> None:
+    track = Mock(slot=None, state='tracked', body=Box(0, 0, 20, 50))
+    track.existence = Existence(1).seen(score, 0.4)
+    track.publish = partial(setattr, track, 'slot')
+    People(1, tracks=[track]).number(2)
+    assert track.slot == slot
+
+
 def test_two_who_touch_from_the_beginning_are_two() -> None:
     boxes: list[Box] = []
     told = watched(boxes, 2)
