@@ -69,7 +69,6 @@ class Beginner:
         """Begin anew, with the same id, with people of whom only a part has been followed."""
         for track in people.tracked:
             if track.is_part:
-                people.tracks.remove(track)
                 box = track.sought_in(scene.stamp_ns)[-1]
                 whole = Detection(box, 1.0, track.drawn_now())
                 view, start = self._estimate(scene, people, whole)

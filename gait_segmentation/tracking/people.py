@@ -171,13 +171,16 @@ class People:
         return min(old or self.published, key=lambda track: track.confidence).slot or 0
 
     def add(self, track: Track) -> None:
-        """Take in a track; who was followed without a slot where it is, was this one."""
+        """Take in a track; who had its id, or was followed there without a slot, was this one."""
         self.tracks = [
             other
             for other in self.tracks
-            if other.slot is not None
-            or other.view is not track.view
-            or other.pose.box.iou(track.pose.box) < SAME_PERSON
+            if other.track_id != track.track_id
+            and (
+                other.slot is not None
+                or other.view is not track.view
+                or other.pose.box.iou(track.pose.box) < SAME_PERSON
+            )
         ]
         self.tracks.append(track)
 
