@@ -50,7 +50,7 @@ the score from which its boxes are exact enough to tell.
 """
 
 _PART_NS = 300_000_000
-"""Time for which all looks have to see that: a dog that jumps before somebody is soon gone."""
+"""Time for which all looks have to see that: single ones take in a desk, or a passer."""
 
 WHOLE = 0.75
 """Share of a person from which all of them is seen, and so followed."""
