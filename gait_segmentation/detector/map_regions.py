@@ -18,6 +18,24 @@ from gait_segmentation.images import tanimoto
 
 _SHAPE_ROWS = 24  # height in pixels at which regions are compared with templates
 
+_LEVELS = 32, 127
+"""
+Values from which regions are made: at an eighth what a network is unsure of is part of a body; at
+one half people who touch may be apart.
+"""
+
+_LIKE_A_BODY = 0.1
+"""Tanimoto similarity with the best template from which a region may be a body."""
+
+_SCORE = 0.3
+"""Score of what has no such similarity: with .3 of it the shape of a body is clear."""
+
+_LEFT_HEIGHT, _LEFT_BESIDE = 0.75, 0.25
+"""
+Of what may be left of somebody who leaves the image: its height over theirs, and how far beside
+them it may be, in their heights.
+"""
+
 
 class BodyShapes:
     """Templates of a bank, every other phase and view, tight about the body and small."""
@@ -55,25 +73,6 @@ def normalised(region: NDArray[np.uint8], aspect: float | None = None) -> NDArra
     first, last = max(left, 0), min(left + columns, 2 * _SHAPE_ROWS)
     out[:, first:last] = small[:, first - left : last - left]
     return out
-
-
-_LEVELS = 32, 127
-"""
-Values from which regions are made: at an eighth what a network is unsure of is part of a body; at
-one half people who touch may be apart.
-"""
-
-_LIKE_A_BODY = 0.1
-"""Tanimoto similarity with the best template from which a region may be a body."""
-
-_SCORE = 0.3
-"""Score of what has no such similarity: with .3 of it the shape of a body is clear."""
-
-_LEFT_HEIGHT, _LEFT_BESIDE = 0.75, 0.25
-"""
-Of what may be left of somebody who leaves the image: its height over theirs, and how far beside
-them it may be, in their heights.
-"""
 
 
 class MapRegions:

@@ -61,20 +61,15 @@ class Beginner:
             slot = people.slot_for(box, begun)
             people.free(slot)
             given, existence = Detection(box, 1.0, mask), Existence(scene.stamp_ns, given=True)
-            view, start = self._estimate(scene, people, given)
-            begun.append(self._factory.make(view, start, given, existence, slot=slot))
-            people.add(begun[-1])
+            begun.append(self._begin(scene, people, given, existence, slot))
 
     def begin_anew(self, scene: Scene, people: People) -> None:
         """Begin anew, with the same id, with people of whom only a part has been followed."""
         for track in people.tracked:
             if track.is_part:
                 box = track.sought_in(scene.stamp_ns)[-1]
-                whole = Detection(box, 1.0, track.drawn_now())
-                view, start = self._estimate(scene, people, whole)
-                slot, number = track.slot, track.track_id
-                make = self._factory.make
-                people.add(make(view, start, whole, track.existence, slot=slot, number=number))
+                whole, existence = Detection(box, 1.0, track.drawn_now()), track.existence
+                self._begin(scene, people, whole, existence, track.slot, track.track_id)
 
     def begin_found(
         self, scene: Scene, people: People, found: Sequence[Tentative], *, given: bool
@@ -113,13 +108,27 @@ class Beginner:
             return replace(each, compared_ns=scene.stamp_ns)
         slot = number = None
         if before is not None:
-            people.free(before.slot)
             slot, number, existence = before.slot, before.track_id, before.existence.seen_again()
         elif free:
             slot = people.make_room()
         make = self._factory.make
         people.add(make(view, start, detection, existence, slot=slot, number=number))
         return None
+
+    def _begin(
+        self,
+        scene: Scene,
+        people: People,
+        detection: Detection,
+        existence: Existence,
+        slot: int | None,
+        number: int | None = None,
+    ) -> Track:
+        """Begin with somebody who was detected, in a slot or none, and return the track."""
+        view, start = self._estimate(scene, people, detection)
+        track = self._factory.make(view, start, detection, existence, slot=slot, number=number)
+        people.add(track)
+        return track
 
     def _estimate(
         self, scene: Scene, people: People, detection: Detection, view: View | None = None

@@ -184,7 +184,7 @@ class People:
         ]
         self.tracks.append(track)
 
-    def free(self, slot: int | None) -> None:
+    def free(self, slot: int) -> None:
         """Let go of who is in a slot."""
         self.tracks = [track for track in self.tracks if track.slot != slot]
 

@@ -40,6 +40,18 @@ OUTERMOST = 0.005
 ALONE = 0.9
 """Share that must not be hidden by others, so that what hides the rest is the background."""
 
+_FARTHEST = -6.0
+"""Log ratio that falls off up to :data:`.REACH`, where a person ceases to compete."""
+
+_REFUSED = np.float32(-0.5)
+"""Log ratio of a pixel for those who do not get it though they find it likely."""
+
+_NEARER, _SURE = 1.5, 0.05
+"""
+Advantage, as a log ratio, of a person who surely stands nearer, and by how much lower feet tell
+that, in body heights.
+"""
+
 
 @dataclass(frozen=True)
 class Visibility:
@@ -127,19 +139,6 @@ def visible_box(
         for axis in (1, 0)
     )
     return Box(window[1].start + left, window[0].start + top, right - left, bottom - top)
-
-
-_FARTHEST = -6.0
-"""Log ratio that falls off up to :data:`.REACH`, where a person ceases to compete."""
-
-_REFUSED = np.float32(-0.5)
-"""Log ratio of a pixel for those who do not get it though they find it likely."""
-
-_NEARER, _SURE = 1.5, 0.05
-"""
-Advantage, as a log ratio, of a person who surely stands nearer, and by how much lower feet tell
-that, in body heights.
-"""
 
 
 @dataclass(frozen=True)

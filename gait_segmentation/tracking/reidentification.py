@@ -209,8 +209,8 @@ def _by_place(place: Box, lost: Track) -> float:
     if abs(math.log(place.height / last.height)) > _MOST_GROWN * (1 + lost.lost_s):
         return -math.inf
     away = math.hypot(place.center_x - last.center_x, place.center_y - last.center_y)
-    share = away / last.height / lost.reach
-    if share <= 1:
-        return _AT_PLACE - share * (_AT_PLACE + _AT_REACH)
+    heights = away / last.height
+    if heights <= lost.reach:
+        return _AT_PLACE - heights / lost.reach * (_AT_PLACE + _AT_REACH)
     # Who was not lost, but drawn away by something else, may be anywhere.
-    return -_AT_REACH - _FAR_COST * (share - 1) * lost.reach
+    return -_AT_REACH - _FAR_COST * (heights - lost.reach)
