@@ -32,6 +32,8 @@ def open_session(runtime: ModuleType, network: str | bytes) -> Any:
     options.intra_op_num_threads = cv2.getNumThreads()
     # Threads that wait for work without sleeping take a core from the frames.
     options.add_session_config_entry('session.intra_op.allow_spinning', '0')
+    # Patterns of the memory of each size of image would be kept.
+    options.enable_mem_pattern = False
     options.log_severity_level = 4
     return runtime.InferenceSession(network, options, providers=['CPUExecutionProvider'])
 
