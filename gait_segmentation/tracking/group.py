@@ -4,7 +4,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 
 import cv2
 import numpy as np
@@ -31,20 +33,28 @@ _OWN = 'own'
 _COMMON = 0.1
 """Share of somebody from which they meet another one."""
 
+_ONE, _APART, _BEHIND_S = 0.4, 0.3, 0.5
+"""
+Share of one of two people from which pixels hardly tell which of them is which, how fast they then
+go past each other, in body heights a second, and for how long one of them is behind the other.
+"""
+
 
 def visible_silhouettes(tracks: Sequence[Track]) -> dict[int, NDArray[np.uint8]]:
     """
     Return what of each person can be followed into the next frame, without what others hide.
+
+    Of those who pass each other there is nothing: how they went tells more.
 
     :param tracks: all people of a view.
     :returns: by track id (h, w) uint8 of the window about the person.
     """
     seen = [track for track in tracks if track.state == TRACKED]
     masks = [(track, track.window, track.expected_mask()) for track in seen]
-    visible = {}
+    visible, passing = {}, _passing(tracks)
     for track, window, _ in masks:
         silhouette = track.silhouette()
-        if silhouette is not None:
+        if silhouette is not None and track.track_id not in passing:
             hidden = _occluder(track, masks, window)
             if hidden is not None:
                 silhouette = np.asarray(cv2.bitwise_and(silhouette, cv2.bitwise_not(hidden)))
@@ -112,11 +122,14 @@ def correct(
         return
     people = np.zeros(view.shape, np.uint8)
     around: list[Window] = []
+    passing = _passing(tracks)
     for track in tracks:
         state, learnt = track.history.state_in(frame), None
         if state is not None:
             alone = not any(track.is_near(other) for other in tracks if other is not track)
-            learnt = track.correct(state, by_track.get(track.track_id), alone=alone)
+            # The masks of two who pass each other may be of either.
+            clear = None if track.track_id in passing else by_track.get(track.track_id)
+            learnt = track.correct(state, clear, alone=alone)
         # Who has begun since may have been there already.
         if learnt is None:
             people[track.pose.area.slices(view.shape[1], view.shape[0])] = 255
@@ -187,12 +200,29 @@ def own_feedback(track: Track, stamp_ns: int) -> Feedback | None:
     return None
 
 
-def _meet(track: Track, other: Track) -> bool:
-    """Return whether somebody is expected where another one is."""
+def _passing(tracks: Sequence[Track]) -> set[int]:
+    """Return the ids of people who go past each other, so close that they look like one."""
+    near = [each for each in tracks if not each.is_outside and each.lost_s < _BEHIND_S]
+    found: set[int] = set()
+    for one, other in combinations(near, 2):
+        if math.dist(one.pose.velocity, other.pose.velocity) < _APART * one.pose.height:
+            continue
+        if max(_common_share(one, other), _common_share(other, one)) > _ONE:
+            found |= {one.track_id, other.track_id}
+    return found
+
+
+def _common_share(track: Track, other: Track) -> float:
+    """Return the share of where somebody is expected in which another one is, too."""
     window, expected = track.window, track.expected_mask()
     shared = overlap(other.window, window)
     if shared is None:
-        return False
+        return 0.0
     theirs = other.expected_mask()[within(shared, other.window)]
     both = cv2.bitwise_and(expected[within(shared, window)], theirs)
-    return cv2.countNonZero(both) > _COMMON * cv2.countNonZero(expected)
+    return cv2.countNonZero(both) / max(cv2.countNonZero(expected), 1)
+
+
+def _meet(track: Track, other: Track) -> bool:
+    """Return whether somebody is expected where another one is."""
+    return _common_share(track, other) > _COMMON

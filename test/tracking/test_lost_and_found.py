@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
+from gait_segmentation.tracking.group import visible_silhouettes
 from gait_segmentation.tracking.reidentification import reacquire
 from gait_segmentation.tracking.state import Silhouette
 from test.tracking.figures import BLUE, GREEN, RED, STEP_NS, WIDTH, Figure, Told, picture, walk
@@ -162,6 +163,50 @@ def test_two_who_cross_keep_their_ids_and_share_the_pixels_out() -> None:
     assert (one.state, two.state) == ('tracked', 'tracked')
     assert one.box.iou(far[-1].box) > 0.7
     assert two.box.iou(near[-1].box) > 0.7
+
+
+@pytest.mark.parametrize(
+    ('away', 'pace', 'lost_s', 'passes'),
+    [
+        (10, 1.0, 0.0, True),
+        (60, 1.0, 0.0, False),
+        (10, 0.1, 0.0, False),
+        (10, 1.0, 0.3, True),
+        (10, 1.0, 0.8, False),
+    ],
+)
+def test_flow_follows_nobody_while_they_go_past_somebody_or_over_who_is_just_hidden(
+    away: float, pace: float, lost_s: float, passes: bool
+) -> None:
+    told = Told(slots=2)
+    told.start(Figure(100), Figure(100 + away))
+    told.show(Figure(100), Figure(100 + away))
+    one, two = told.tracker.tracks()
+    if lost_s:
+        two.enter('lost', 'as the test says')
+    one.pose, two.lost_s = replace(one.pose, velocity=(pace * one.pose.height, 0.0)), lost_s
+    assert (one.track_id not in visible_silhouettes([one, two])) == passes
+
+
+@pytest.mark.parametrize(('speed', 'frames'), [(1.0, 70), (3.0, 60)])
+def test_masks_of_both_do_not_draw_two_who_pass_each_other_aside(
+    speed: float, frames: int
+) -> None:
+    told, half = Told(slots=2), speed * frames / 2
+    far = walk(Figure(155 - half, height=98.0), frames, speed)
+    near = walk(Figure(155 + half, y=92.0), frames, -speed)
+    told.start(far[0], near[0])
+    passed = 0
+    for pair in zip(far, near, strict=True):
+        image, masks = picture(pair)
+        one, two = (figure.mask() for figure in pair)
+        if np.count_nonzero(one & two) > 0.4 * np.count_nonzero(one):
+            masks, passed = [one | two] * 2, passed + 1
+        told.see(image, masks)
+        if masks[0] is masks[1]:
+            for track, figure in zip(told.tracker.tracks(), pair, strict=True):
+                assert track.body.center_x == pytest.approx(figure.x, abs=3)
+    assert passed > 2
 
 
 @pytest.mark.parametrize(
