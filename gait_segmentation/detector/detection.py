@@ -125,3 +125,13 @@ def associate(
         if -cost >= SAME_PERSON and track not in pairs and number not in pairs.values():
             pairs[track] = number
     return pairs
+
+
+def merged(people: Sequence[Detection], closer: Sequence[Detection]) -> list[Detection]:
+    """Return people of two looks at an image, each once, as the surer saw them; the best first."""
+    found = list(people)
+    pairs = associate([[each.box] for each in people], closer)
+    for number, other in pairs.items():
+        found[number] = max(found[number], closer[other], key=lambda each: each.score)
+    found += (each for number, each in enumerate(closer) if number not in pairs.values())
+    return sorted(found, key=lambda each: -each.score)

@@ -18,6 +18,7 @@ from gait_segmentation.detector.onnx_file import OnnxFile
 from gait_segmentation.detector.person_detector import LEAST_SHARE, default_detector
 from gait_segmentation.detector.person_masks import PersonMasks, default_masks
 from gait_segmentation.errors import DetectorError
+from gait_segmentation.geometry import Box
 
 NONE, BOXES, PEOPLE = 'none', 'boxes', 'people'
 SHIPPED = NONE, BOXES, PEOPLE
@@ -85,14 +86,16 @@ class Networks(NamedTuple):
     What looks at images, (H, W, 3) uint8 BGR.
 
     ``people`` says who is in one, of people of a height above ``least_share`` of the longer side,
-    and ``closely`` also of others; ``masks`` draws each of them, and ``heat_map`` all at once,
-    (h, w) uint8, P(person) of the whole image; any of them may not be there.
+    and ``closely`` also of others; ``about`` says it of a box alone; ``masks`` draws each of them,
+    and ``heat_map`` all at once, (h, w) uint8, P(person) of the whole image; any of them may not
+    be there.
     """
 
     people: Callable[[NDArray[np.uint8]], Sequence[Detection]] | None
     masks: PersonMasks | None = None
     heat_map: Callable[[NDArray[np.uint8]], NDArray[np.uint8]] | None = None
     closely: Callable[[NDArray[np.uint8]], Sequence[Detection]] | None = None
+    about: Callable[[NDArray[np.uint8], Box], Sequence[Detection]] | None = None
     least_share: float = 0.0
 
 
@@ -121,4 +124,6 @@ def open_networks(name: str, person_class: int = -1) -> Networks:
 def _shipped() -> Networks:
     """Return the package's detector."""
     detector = default_detector()
-    return Networks(detector.people, closely=detector.closely, least_share=LEAST_SHARE)
+    return Networks(
+        detector.people, closely=detector.closely, about=detector.about, least_share=LEAST_SHARE
+    )

@@ -12,10 +12,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.detector.detection import Detection, associate
+from gait_segmentation.detector.detection import SAME_PERSON, Detection, merged
 from gait_segmentation.detector.engine import Engine
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import check_image
+from gait_segmentation.images import check_image, size_of
 
 MODEL = Path(__file__).with_name('person_detector.onnx.gz')
 """The network; where it comes from and its licence are told by the text beside it."""
@@ -29,8 +29,11 @@ _SEEN_PX = 32
 LEAST_SHARE = _SEEN_PX / _LONGER_SIDE
 """The same over the longer side of any image."""
 
-_CLOSER_SHARE = 2 * LEAST_SHARE
+CLOSER_SHARE = 2 * LEAST_SHARE
 """Likewise that up to which a closer look sees more people, such as in a crowd."""
+
+_ABOUT, _ABOUT_SIDE = 3, 192
+"""Side of the square about somebody, in their height, and in pixels of what the network sees."""
 
 _MULTIPLE = 32
 """
@@ -66,14 +69,21 @@ class PersonDetector:
     def closely(self, image: NDArray[np.uint8]) -> list[Detection]:
         """Detect people, and smaller ones, at three and a half times the cost."""
         # Of others the first look tells as much.
-        most = _CLOSER_SHARE * max(image.shape[:2])
+        most = CLOSER_SHARE * max(image.shape[:2])
         closer = [each for each in self._detect(image, _CLOSER_SIDE) if each.box.height < most]
-        people = self.people(image)
-        pairs = associate([[each.box] for each in people], closer)
-        for number, other in pairs.items():
-            people[number] = max(people[number], closer[other], key=lambda each: each.score)
-        people += (each for number, each in enumerate(closer) if number not in pairs.values())
-        return sorted(people, key=lambda each: -each.score)
+        return merged(self.people(image), closer)
+
+    def about(self, image: NDArray[np.uint8], box: Box) -> list[Detection]:
+        """Detect whoever may be in a box, at half the cost of a look at all of the image."""
+        size = _ABOUT * box.height
+        around = Box.from_center(box.center_x, box.center_y, size, size)
+        part = around.slices(image.shape[1], image.shape[0])
+        x, y = part[1].start, part[0].start
+        side = _ABOUT_SIDE * max(size_of(part)) / size
+        seen = self._detect(np.ascontiguousarray(image[part]), max(round(side), 1))
+        # Others in it may be cut off.
+        here = [Detection(each.box.shifted(x, y), each.score) for each in seen]
+        return [each for each in here if each.box.iou(box) >= SAME_PERSON][:1]
 
     def _detect(self, image: NDArray[np.uint8], side: int) -> list[Detection]:
         """Detect people in an image whose longer side is made so many pixels."""

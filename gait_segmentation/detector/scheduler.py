@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.detector.detection import Detection, SoftMask
+from gait_segmentation.detector.detection import Detection, SoftMask, merged
 from gait_segmentation.detector.networks import NONE, DetectorConfig, Networks, open_networks
 from gait_segmentation.errors import GaitSegmentationError
 from gait_segmentation.geometry import Box
@@ -26,6 +26,9 @@ _EARLY_NS = 2_000_000
 
 _LOOKS_LATER = 2.0
 """Share of the looks that there is still time for, over that of the masks, 1 at most."""
+
+_MOST_UNSURE = 2
+"""People at whom one look looks closely."""
 
 _MOST_DRAWN = 5
 """People who are drawn in one image."""
@@ -123,6 +126,7 @@ class DetectorScheduler:
         boxes: bool = True,
         urgent: bool,
         small: bool = False,
+        unsure: Sequence[Box] = (),
     ) -> Detections | None:
         """
         Take in a frame.
@@ -132,6 +136,7 @@ class DetectorScheduler:
         :param boxes: whether it is asked who is in the image.
         :param urgent: whether somebody is missing.
         :param small: whether small people are to be seen, too.
+        :param unsure: where somebody may be who is to be looked at closely.
         :returns: what was seen since the last call, in this frame or one before, if there was a
             look.
         :raises DetectorError: if a network cannot be loaded, or gives what it must not; with a
@@ -158,9 +163,9 @@ class DetectorScheduler:
         if close:
             self._close_ns = stamp_ns
         if self.pools is None:
-            self.newest = self._detections(image, stamp_ns, due, close)
+            self.newest = self._detections(image, stamp_ns, due, close, unsure)
             return self.newest
-        self._running = self.pools[urgent].submit(self._tried, image, stamp_ns, due, close)
+        self._running = self.pools[urgent].submit(self._tried, image, stamp_ns, due, close, unsure)
         return seen
 
     def _is_over(self, period_s: float, last_ns: int | None, stamp_ns: int) -> bool:
@@ -197,23 +202,36 @@ class DetectorScheduler:
         return drawn
 
     def _tried(
-        self, image: NDArray[np.uint8], stamp_ns: int, due: bool, close: bool
+        self,
+        image: NDArray[np.uint8],
+        stamp_ns: int,
+        due: bool,
+        close: bool,
+        unsure: Sequence[Box],
     ) -> Detections:
         try:
             with self._lock:
-                return self._detections(image, stamp_ns, due, close)
+                return self._detections(image, stamp_ns, due, close, unsure)
         except GaitSegmentationError as error:
             self._blind = self._networks is None
             return Detections(stamp_ns, None, error=str(error))
 
     def _detections(
-        self, image: NDArray[np.uint8], stamp_ns: int, due: bool, close: bool
+        self,
+        image: NDArray[np.uint8],
+        stamp_ns: int,
+        due: bool,
+        close: bool,
+        unsure: Sequence[Box],
     ) -> Detections:
         networks, started = self._open(), self._clock()
         look, least = networks.people, networks.least_share
         if close and networks.closely is not None:
             look, least = networks.closely, 0.0
         seen = tuple(look(image)) if due and look is not None else None
+        if seen is not None and networks.about is not None:
+            for box in unsure[:_MOST_UNSURE]:
+                seen = tuple(merged(seen, networks.about(image, box)))
         heat_map = networks.heat_map(image) if networks.heat_map is not None else None
         return Detections(stamp_ns, seen, heat_map, least, self._clock() - started)
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gait_segmentation.detector.detection import Detection
 from gait_segmentation.detector.map_regions import BodyShapes, MapRegions
-from gait_segmentation.detector.person_detector import LEAST_SHARE
+from gait_segmentation.detector.person_detector import CLOSER_SHARE, LEAST_SHARE
 from gait_segmentation.detector.scheduler import DetectorScheduler
 from gait_segmentation.gait_model.bank import TemplateBank
 from gait_segmentation.geometry import Box
@@ -73,6 +73,7 @@ class Sources:
         bodies: tuple[Sequence[Box], Sequence[Box]],
         urgent: bool,
         small: Callable[[float], bool],
+        unsure: Sequence[Box] = (),
         heat_map_age: float,
         since_ns: int,
     ) -> Seen:
@@ -84,12 +85,18 @@ class Sources:
         :param bodies: of who is known to a map, and of who is lost, whom it may show again.
         :param urgent: whether somebody is missing.
         :param small: tells whether people below a height in source pixels are to be seen.
+        :param unsure: boxes of who may be somebody: the smaller ones are looked at closely.
         :param heat_map_age: up to which a heat map counts, in seconds.
         :param since_ns: stamp from which on it is known where everybody was.
         """
         longest = max(image.shape[:2])
         seen = self._scheduler.look(
-            image, stamp_ns, boxes=boxes, urgent=urgent, small=small(LEAST_SHARE * longest)
+            image,
+            stamp_ns,
+            boxes=boxes,
+            urgent=urgent,
+            small=small(LEAST_SHARE * longest),
+            unsure=[each for each in unsure if each.height < CLOSER_SHARE * longest],
         )
         if seen is not None and seen.heat_map is not None:
             self.add_heat_map(seen.heat_map, seen.stamp_ns)

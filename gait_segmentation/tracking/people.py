@@ -142,6 +142,14 @@ class People:
         room = others and len(self.published) < self.slots
         return room or any(track.body.height < height for track in self.published)
 
+    def unsure(self, stamp_ns: int) -> list[Box]:
+        """Return where somebody may be, in source pixels, if there is room; likeliest first."""
+        if len(self.published) >= self.slots:
+            return []
+        waiting = [each for each in self.tentative if each.may_be(stamp_ns)]
+        waiting.sort(key=lambda each: -each.existence.log_odds(stamp_ns))
+        return [each.detection.box for each in waiting]
+
     def near(self, box: Box, *, by_map: bool) -> Track | None:
         """
         Return beside whom somebody in a box, in source pixels, is to be followed, if any.

@@ -269,6 +269,7 @@ class PeopleTracker:
             bodies=people.bodies,
             urgent=people.is_missing(self._stamp_ns, others=not self._given),
             small=partial(people.has_small, others=not self._given),
+            unsure=[] if self._given else people.unsure(self._stamp_ns),
             heat_map_age=self.config.heat_map_age,
             since_ns=people.known_since_ns,
         )

@@ -58,6 +58,20 @@ def test_who_is_seen_at_both_looks_is_told_of_once_by_the_surer_one():
     assert looks[1][0].score > looks[0][0].score
 
 
+@pytest.mark.parametrize('corner', [0.0, 0.4, 1.0])
+def test_a_look_about_a_box_sees_who_is_in_it_more_surely_and_nobody_else(corner):
+    picture = cv2.resize(demo_picture(), None, fx=0.38, fy=0.38, interpolation=cv2.INTER_AREA)
+    height, width = picture.shape[:2]
+    y, x = round(corner * (480 - height)), round(corner * (640 - width))
+    image = np.full((480, 640, 3), 128, np.uint8)
+    image[y : y + height, x : x + width] = picture
+    person = WOMAN.scaled(0.38).shifted(x, y)
+    (found,) = default_detector().about(image, person.shifted(2, -2))
+    assert found.box.iou(person) > 0.6
+    assert found.score > max((each.score for each in default_detector().people(image)), default=0)
+    assert default_detector().about(image, person.shifted(person.width, 0)) == []
+
+
 def test_of_tall_people_a_closer_look_tells_nothing_else():
     first, closer = (
         default_detector().people(demo_picture()),

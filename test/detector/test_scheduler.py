@@ -78,6 +78,25 @@ def test_while_small_people_are_asked_for_it_looks_closer_now_and_then(urgent):
     assert all(child not in each.people for each in looks(scheduler, urgent=urgent).values())
 
 
+@pytest.mark.parametrize('threaded', [False, True])
+def test_each_look_looks_closely_where_it_is_not_known_if_somebody_is(threaded):
+    asked, child = [], Detection(Box(2, 2, 1, 1), 0.6)
+
+    def about(image, box):
+        asked.append(box)
+        return [child] if box == child.box else [Detection(SOMEBODY.box, 0.2)]
+
+    networks = DETECTOR._replace(about=about)
+    scheduler = DetectorScheduler(networks=networks, threaded=threaded)
+    boxes = [child.box, SOMEBODY.box, Box(0, 0, 1, 1)]
+    seen = None
+    while seen is None:
+        seen = scheduler.look(IMAGE, 1, urgent=True, unsure=boxes)
+        if threaded and scheduler._running is not None:
+            scheduler._running.result()
+    assert (seen.people, asked) == ((SOMEBODY, child), boxes[:2])
+
+
 def test_a_map_is_made_of_every_frame():
     red = DETECTOR._replace(heat_map=lambda image: image[..., 2])
     seen = looks(DetectorScheduler(networks=red), boxes=False, urgent=False)

@@ -9,16 +9,23 @@ from gait_segmentation.detector.detection import Detection
 from gait_segmentation.detector.networks import Networks
 from gait_segmentation.detector.scheduler import Detections, DetectorScheduler
 from gait_segmentation.detector.sources import Seen, Sources
+from gait_segmentation.geometry import Box
 from gait_segmentation.starting import StartingConfig
 from test.tracking.figures import blind
 from test.walkers import box_of, clip, small_bank
 
 
-def looked(sources: Sources, image: np.ndarray, stamp_ns: int, since_ns: int = 0) -> Seen:
+def looked(
+    sources: Sources,
+    image: np.ndarray,
+    stamp_ns: int,
+    since_ns: int = 0,
+    unsure: tuple[Box, ...] = (),
+) -> Seen:
     """Return what is said of a frame while nobody is tracked."""
     return sources.look(
         image, stamp_ns, boxes=True, bodies=([], []), urgent=True,
-        small=lambda height: False, heat_map_age=0.0, since_ns=since_ns,
+        small=lambda height: False, unsure=unsure, heat_map_age=0.0, since_ns=since_ns,
     )  # fmt: skip
 
 
@@ -56,3 +63,14 @@ def test_a_look_at_a_frame_of_which_nobodys_place_is_known_says_nothing(since_ns
     assert (seen.people is not None) == says
     # Nor does it keep a map from telling of them.
     assert len(seen.by_map) == (not says)
+
+
+def test_only_the_smaller_of_who_may_be_somebody_are_looked_at_closely():
+    asked = []
+    scheduler = SimpleNamespace(
+        look=lambda *_, unsure, **__: asked.extend(unsure), draw=None, reset=lambda: None
+    )
+    small, tall = (Box(9, 9, 20, share * 320) for share in (0.19, 0.21))
+    image = np.zeros((240, 320, 3), np.uint8)
+    looked(Sources(small_bank(), StartingConfig(), scheduler), image, 1, unsure=(tall, small))
+    assert asked == [small]

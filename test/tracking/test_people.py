@@ -305,3 +305,19 @@ def test_the_free_slot_goes_to_who_is_tallest_in_the_image_whatever_the_view() -
 def test_there_is_room_while_a_slot_is_free_whoever_is_followed_without_one(slot, room) -> None:
     people = People(1, [Mock(slot=slot, body=Box(0, 0, 40, 100))])
     assert people.has_small(50.0, others=True) == room
+
+
+@pytest.mark.parametrize('slots', [1, 2])
+def test_while_there_is_room_it_is_unsure_who_may_begin_the_likeliest_first(slots) -> None:
+    def waiting(left: float, score: float, **options) -> Tentative:
+        existence = Existence(1).seen(score, 0.1)
+        return Tentative(Detection(Box(left, 0, 20, 50), score), 1, existence, **options)
+
+    tentative = [
+        waiting(0, 0.3),
+        waiting(50, 0.5),
+        waiting(90, 0.15),
+        waiting(130, 0.4, rejected=True),
+    ]
+    people = People(slots, [Mock(slot=0)], tentative)
+    assert [box.x for box in people.unsure(1)] == ([] if slots == 1 else [50, 0])
