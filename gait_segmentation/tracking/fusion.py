@@ -73,6 +73,8 @@ class FusionTrack(Track):
     by what it shows in its own frame, from which on the body went as it did.
     """
 
+    appearance: Appearance
+
     def __init__(
         self,
         track_id: int,

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gait_segmentation.images import Window, distance_from, overlap, placed, size_of, within
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.scene.scene import View
+from gait_segmentation.tracking.appearance import SAME_COLOURS, similarity
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.fusion import grown
 from gait_segmentation.tracking.likelihood import likelihood_image
@@ -201,15 +202,21 @@ def own_feedback(track: Track, stamp_ns: int) -> Feedback | None:
 
 
 def _passing(tracks: Sequence[Track]) -> set[int]:
-    """Return the ids of people who go past each other, so close that they look like one."""
+    """Return the ids of people who look alike and go past each other, so close as to be one."""
     near = [each for each in tracks if not each.is_outside and each.lost_s < _BEHIND_S]
     found: set[int] = set()
     for one, other in combinations(near, 2):
         if math.dist(one.pose.velocity, other.pose.velocity) < _APART * one.pose.height:
             continue
-        if max(_common_share(one, other), _common_share(other, one)) > _ONE:
+        if max(_common_share(one, other), _common_share(other, one)) > _ONE and _alike(one, other):
             found |= {one.track_id, other.track_id}
     return found
+
+
+def _alike(one: Track, other: Track) -> bool:
+    """Return whether two people looked alike last."""
+    looks = [each.appearance.last for each in (one, other) if each.appearance is not None]
+    return len(looks) == 2 and similarity(*looks) >= SAME_COLOURS
 
 
 def _common_share(track: Track, other: Track) -> float:

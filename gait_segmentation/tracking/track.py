@@ -16,6 +16,7 @@ from gait_segmentation.images import Window, size_of
 from gait_segmentation.results import LOST, TRACKED, FeatureWeight, Feedback, TrackResult
 from gait_segmentation.scene.scene import Frame, Shift, View
 from gait_segmentation.starting import FirstMask
+from gait_segmentation.tracking.appearance import Appearance
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.existence import Existence
 from gait_segmentation.tracking.pixels import (
@@ -190,6 +191,9 @@ class Track(ABC):
     def similarity(self, start: FirstMask, frame: Frame) -> float:
         """Return how alike (0..1) the person and a first mask in some frame are."""
         return 0.0
+
+    appearance: Appearance | None = None
+    """What they look like, if that is known."""
 
     masked_ns = 0
     """Stamp of the frame in which a network has drawn them last, 0 for none."""

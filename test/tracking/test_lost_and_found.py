@@ -166,22 +166,24 @@ def test_two_who_cross_keep_their_ids_and_share_the_pixels_out() -> None:
 
 
 @pytest.mark.parametrize(
-    ('away', 'pace', 'lost_s', 'passes'),
+    ('away', 'coat', 'pace', 'lost_s', 'passes'),
     [
-        (10, 1.0, 0.0, True),
-        (60, 1.0, 0.0, False),
-        (10, 0.1, 0.0, False),
-        (10, 1.0, 0.3, True),
-        (10, 1.0, 0.8, False),
+        (10, RED, 1.0, 0.0, True),
+        (60, RED, 1.0, 0.0, False),
+        (10, GREEN, 1.0, 0.0, False),
+        (10, RED, 0.1, 0.0, False),
+        (10, RED, 1.0, 0.3, True),
+        (10, RED, 1.0, 0.8, False),
     ],
 )
-def test_flow_follows_nobody_while_they_go_past_somebody_or_over_who_is_just_hidden(
-    away: float, pace: float, lost_s: float, passes: bool
+def test_flow_follows_nobody_while_they_go_past_somebody_alike_even_if_just_hidden(
+    away: float, coat: tuple, pace: float, lost_s: float, passes: bool
 ) -> None:
-    told = Told(slots=2)
-    told.start(Figure(100), Figure(100 + away))
-    told.show(Figure(100), Figure(100 + away))
+    told, pair = Told(slots=2), (Figure(100), Figure(170, coat))
+    told.start(*pair)
+    told.show(*pair)
     one, two = told.tracker.tracks()
+    two.shift((away - 70) * two.view.scale, 0.0)
     if lost_s:
         two.enter('lost', 'as the test says')
     one.pose, two.lost_s = replace(one.pose, velocity=(pace * one.pose.height, 0.0)), lost_s
