@@ -204,19 +204,18 @@ def own_feedback(track: Track, stamp_ns: int) -> Feedback | None:
 def _passing(tracks: Sequence[Track]) -> set[int]:
     """Return the ids of people who look alike and go past each other, so close as to be one."""
     near = [each for each in tracks if not each.is_outside and each.lost_s < _BEHIND_S]
-    found: set[int] = set()
-    for one, other in combinations(near, 2):
-        if math.dist(one.pose.velocity, other.pose.velocity) < _APART * one.pose.height:
-            continue
-        if max(_common_share(one, other), _common_share(other, one)) > _ONE and _alike(one, other):
-            found |= {one.track_id, other.track_id}
-    return found
+    pairs = (pair for pair in combinations(near, 2) if _pass(*pair))
+    return {track.track_id for pair in pairs for track in pair}
 
 
-def _alike(one: Track, other: Track) -> bool:
-    """Return whether two people looked alike last."""
+def _pass(one: Track, other: Track) -> bool:
+    """Return whether two people look alike, and go past each other so close as to be one."""
+    against = math.dist(one.pose.velocity, other.pose.velocity)
+    if against < _APART * one.pose.height or not one.pose.box.iou(other.pose.box):
+        return False
     looks = [each.appearance.last for each in (one, other) if each.appearance is not None]
-    return len(looks) == 2 and similarity(*looks) >= SAME_COLOURS
+    alike = len(looks) == 2 and similarity(*looks) >= SAME_COLOURS
+    return alike and max(_common_share(one, other), _common_share(other, one)) > _ONE
 
 
 def _common_share(track: Track, other: Track) -> float:
