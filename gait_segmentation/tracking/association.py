@@ -72,10 +72,13 @@ def explain(tracks: Sequence[Track], seen: Seen) -> list[Detection]:
     if seen.people is None:
         return []
     tracked = [track for track in tracks if track.state == TRACKED]
-    sought = [track.sought_in(seen.stamp_ns) for track in tracked]
-    expected = {track: track.boxes_at(seen.stamp_ns) for track in tracks}
     lost = [track for track in tracks if track.state == LOST]
-    pairs = associate_beside([expected[track] for track in lost], sought, seen.people)
+    expected = {track: track.boxes_at(seen.stamp_ns) for track in tracks}
+    bodies = [expected[track] for track in tracked]
+    pairs = associate_beside([expected[track] for track in lost], bodies, seen.people)
+    # Where they were seen last comes second: that may have been somebody beside them.
+    before = [track.detected_in(seen.stamp_ns) for track in tracked]
+    pairs = associate([[box] for box in before], seen.people, pairs)
     for number, track in enumerate(tracked):
         if number in pairs:
             track.see(seen.people[pairs[number]], seen.stamp_ns)
@@ -87,5 +90,5 @@ def explain(tracks: Sequence[Track], seen: Seen) -> list[Detection]:
     for track in lost:
         if associate([expected[track]], sure):
             track.resume()
-    there = [[*boxes, *expected[track]] for track, boxes in zip(tracked, sought, strict=True)]
+    there = [[*boxes, box] for boxes, box in zip(bodies, before, strict=True)]
     return unexplained(seen.people, pairs, there)

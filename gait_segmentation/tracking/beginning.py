@@ -67,7 +67,7 @@ class Beginner:
         """Begin anew, with the same id, with people of whom only a part has been followed."""
         for track in people.tracked:
             if track.is_part:
-                box = track.sought_in(scene.stamp_ns)[-1]
+                box = track.detected_in(scene.stamp_ns)
                 whole, existence = Detection(box, 1.0, track.drawn_now()), track.existence
                 self._begin(scene, people, whole, existence, track.slot, track.track_id)
 

@@ -54,8 +54,8 @@ def draw_known(draw: Draw, tracked: Iterable[Track], stamp_ns: int) -> None:
         return (stamp_ns - track.masked_ns) * (0.5 if track.slot is None else 1.0)
 
     known = sorted(tracked, key=need, reverse=True)
-    sought = [track.sought_in(stamp_ns)[-1] for track in known]
-    for track, mask, box in zip(known, draw(sought), sought, strict=False):
+    boxes = [track.detected_in(stamp_ns) for track in known]
+    for track, mask, box in zip(known, draw(boxes), boxes, strict=False):
         track.take_mask(mask, box)
 
 

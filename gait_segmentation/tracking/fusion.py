@@ -188,10 +188,10 @@ class FusionTrack(Track):
         alike = np.where(there & (known < 0), np.uint8(255), np.uint8(0))
         view.background.forget(placed(alike, window, view.shape))
 
-    def sought_in(self, stamp_ns: int) -> tuple[Box, ...]:
-        """Return where a detector may see them: where it did last, if it did of late."""
+    def detected_in(self, stamp_ns: int) -> Box:
+        """Return where a detector saw them last; see the base class."""
         box = self.sighting.box_in(self.history.place_at(stamp_ns))
-        return self.boxes_at(stamp_ns) if box is None else (box.scaled(1 / self.view.scale),)
+        return super().detected_in(stamp_ns) if box is None else box.scaled(1 / self.view.scale)
 
     def observe(
         self, likelihood: NDArray[np.uint8], claim: PixelClaim, occluder: NDArray[np.uint8] | None

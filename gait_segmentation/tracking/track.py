@@ -240,9 +240,13 @@ class Track(ABC):
         if self._by_map and self.view.heat is not None and not self.view.heat.frames:
             (self.resume if self.is_shown else self.overlook)()
 
-    def sought_in(self, stamp_ns: int) -> tuple[Box, ...]:
-        """Return where a detector may see them in the frame of a stamp, in source pixels."""
-        return self.boxes_at(stamp_ns)
+    def detected_in(self, stamp_ns: int) -> Box:
+        """
+        Return where a detector saw them last, as they went from there to the frame of a stamp.
+
+        In source pixels; if it did not of late, the box of what can be seen of them.
+        """
+        return self.boxes_at(stamp_ns)[1]
 
     def fade(self, chroma: float) -> None:  # noqa: B027
         """Go on as if all that is known of the colours had the same a* and b*."""

@@ -77,3 +77,18 @@ def test_who_is_lost_is_seen_where_they_are_expected_if_it_is_sure(score, resume
     assert explain([lost], Seen(5, (Detection(OWN, score),))) == [Detection(OWN, score)]
     explain([lost], Seen(5, (Detection(OTHER, score),)))
     assert lost.resume.call_count == resumed
+
+
+def test_a_detection_is_of_whom_it_fits_not_of_who_was_seen_there_last() -> None:
+    beside = OWN.shifted(25, 0)
+    track = Mock(state='tracked', boxes_at=lambda _: (OWN,), detected_in=lambda _: beside)
+    seen = detected(beside, OWN.shifted(2, 0))
+    assert explain([track], Seen(5, tuple(seen))) == seen[:1]
+    track.see.assert_called_once_with(seen[1], 5)
+
+
+def test_who_was_drawn_away_is_given_the_detection_where_they_were_seen_last() -> None:
+    track = Mock(state='tracked', boxes_at=lambda _: (OWN,), detected_in=lambda _: OTHER)
+    seen = detected(OTHER.shifted(2, 0))
+    assert explain([track], Seen(5, tuple(seen))) == []
+    track.see.assert_called_once_with(seen[0], 5)

@@ -55,7 +55,7 @@ def test_who_was_detected_late_begins_only_where_a_second_mask_shows_them() -> N
 
 def test_whose_last_mask_is_oldest_is_drawn_first_and_those_without_a_slot_half_as_often() -> None:
     def track(slot: int | None, masked_ns: int) -> Mock:
-        return Mock(slot=slot, masked_ns=masked_ns, sought_in=lambda stamp_ns: (BOXES[0],))
+        return Mock(slot=slot, masked_ns=masked_ns, detected_in=lambda stamp_ns: BOXES[0])
 
     tracks = track(0, 6 * S), track(None, 5 * S), track(None, S), track(1, 7 * S)
     for count, drawn in (1, [2]), (2, [2, 0]), (3, [2, 0, 3]), (4, [2, 0, 3, 1]):

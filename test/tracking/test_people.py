@@ -193,8 +193,8 @@ def test_where_somebody_was_in_the_frame_of_a_late_look_is_known() -> None:
         assert [each.center_x for each in boxes] == [pytest.approx(path[-1 - back].x, abs=3)] * 2
     # And what was seen then goes along with them.
     track.see(Detection(path[-9].box, 0.9), results[-9].stamp_ns)
-    (sought,) = track.sought_in(results[-1].stamp_ns)
-    assert sought.center_x == pytest.approx(path[-1].x, abs=3)
+    seen = track.detected_in(results[-1].stamp_ns)
+    assert seen.center_x == pytest.approx(path[-1].x, abs=3)
 
 
 def test_a_box_that_is_given_begins_with_the_mask_of_who_is_in_it() -> None:
