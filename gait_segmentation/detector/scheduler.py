@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -162,10 +163,11 @@ class DetectorScheduler:
             self._last_ns = stamp_ns
         if close:
             self._close_ns = stamp_ns
+        see = partial(self._detections, image, stamp_ns, due, close, unsure)
         if self.pools is None:
-            self.newest = self._detections(image, stamp_ns, due, close, unsure)
+            self.newest = see()
             return self.newest
-        self._running = self.pools[urgent].submit(self._tried, image, stamp_ns, due, close, unsure)
+        self._running = self.pools[urgent].submit(self._tried, see, stamp_ns)
         return seen
 
     def _is_over(self, period_s: float, last_ns: int | None, stamp_ns: int) -> bool:
@@ -201,17 +203,10 @@ class DetectorScheduler:
         self._masks -= len(drawn)
         return drawn
 
-    def _tried(
-        self,
-        image: NDArray[np.uint8],
-        stamp_ns: int,
-        due: bool,
-        close: bool,
-        unsure: Sequence[Box],
-    ) -> Detections:
+    def _tried(self, see: Callable[[], Detections], stamp_ns: int) -> Detections:
         try:
             with self._lock:
-                return self._detections(image, stamp_ns, due, close, unsure)
+                return see()
         except GaitSegmentationError as error:
             self._blind = self._networks is None
             return Detections(stamp_ns, None, error=str(error))
