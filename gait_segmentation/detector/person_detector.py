@@ -79,8 +79,8 @@ class PersonDetector:
         around = Box.from_center(box.center_x, box.center_y, size, size)
         part = around.slices(image.shape[1], image.shape[0])
         x, y = part[1].start, part[0].start
-        side = _ABOUT_SIDE * max(size_of(part)) / size
-        seen = self._detect(np.ascontiguousarray(image[part]), max(round(side), 1))
+        side = round(_ABOUT_SIDE * max(size_of(part)) / size)
+        seen = self._detect(np.ascontiguousarray(image[part]), side)
         # Others in it may be cut off.
         here = [Detection(each.box.shifted(x, y), each.score) for each in seen]
         return [each for each in here if each.box.iou(box) >= SAME_PERSON][:1]

@@ -73,7 +73,7 @@ class Sources:
         bodies: tuple[Sequence[Box], Sequence[Box]],
         urgent: bool,
         small: Callable[[float], bool],
-        unsure: Sequence[Box] = (),
+        unsure: Sequence[Box],
         heat_map_age: float,
         since_ns: int,
     ) -> Seen:

@@ -126,16 +126,12 @@ class People:
         :param others: whether others may begin: who may be new is missing as well, and people who
             are near each other may be taken for one another.
         """
-        published = self.published
-        found = [track for track in published if track.state == TRACKED]
-        if not published or len(found) < len(published):
-            return True
-        if any(track.existence.missed for track in published):
+        if not self.published or self.doubted:
             return True
         if not others:
             return False
-        waiting = len(found) < self.slots and any(each.may_be(stamp_ns) for each in self.tentative)
-        return waiting or any(_are_near(*pair) for pair in combinations(self.tracks, 2))
+        near = any(_are_near(*pair) for pair in combinations(self.tracks, 2))
+        return near or bool(self.unsure(stamp_ns))
 
     def has_small(self, height: float, *, others: bool) -> bool:
         """Return whether anybody below a height, in source pixels, is there, or may come."""
