@@ -159,7 +159,8 @@ class SequenceMatcher:
         if self._waiting:
             states = self._path.follow()
             results = [self._emit(states) for _ in range(len(self._waiting))]
-        self._start_path()
+        if self._path.frames:
+            self._start_path()
         return results
 
     def _about_path(self) -> SearchRange:

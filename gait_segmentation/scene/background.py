@@ -84,6 +84,11 @@ class BackgroundModel:
         strange = self._weighed(lab, shadow_floor) >= _MOST_EVIDENCE_OF_PIXEL
         return (strange & self.is_sure).view(np.uint8)
 
+    def confirmed(self, lab: NDArray[np.uint8], shadow_floor: float) -> NDArray[np.uint8]:
+        """Return where a frame may show the background, and it is sure what that looks like."""
+        strange = self._weighed(lab, shadow_floor) >= _MOST_EVIDENCE_OF_PIXEL
+        return (~strange & self.is_sure).view(np.uint8)
+
     def evidence(self, lab: NDArray[np.uint8], shadow_floor: float) -> NDArray[np.float32]:
         """
         Return log-odds that pixels are not the background, (h, w) float32 within +-3.

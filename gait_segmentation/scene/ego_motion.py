@@ -132,10 +132,6 @@ class WorldMotion:
         depth = g * x + h * y + i
         return (a * x + b * y + c) / depth, (d * x + e * y + f) / depth
 
-    def inverse(self) -> WorldMotion:
-        """Return how the world moved from the later frame to the earlier one."""
-        return self if self.camera is None else WorldMotion(np.asarray(np.linalg.inv(self.camera)))
-
     def scaled(self, across: float, down: float) -> WorldMotion:
         """Return it in the pixels of an image so many times as wide and as high."""
         if self.camera is None:

@@ -143,10 +143,6 @@ class View:
         end = len(frames) if until is None else frames.index(until) + 1
         return WorldMotion.over(each.motion for each in frames[frames.index(frame) + 1 : end])
 
-    def background_in(self, frame: Frame, window: Window) -> BackgroundModel:
-        """Return the background as a window of an earlier frame should show it."""
-        return self.background.moved([self.motion_since(frame).inverse()], [window])
-
     def marked(self, areas: Iterable[Box]) -> NDArray[np.uint8]:
         """Return areas in working pixels as an image, (h, w) uint8, 1 there."""
         people = np.zeros(self.shape, np.uint8)

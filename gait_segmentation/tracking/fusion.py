@@ -62,6 +62,9 @@ _UNLIKE = 0.9
 _MASK_MARGIN = 0.02
 """How far a mask may be off, in body heights: so far about it no background is learnt."""
 
+_PLACE = 'place'
+"""Name of the note of where a frame showed the place as it is known."""
+
 
 class FusionTrack(Track):
     """
@@ -126,7 +129,10 @@ class FusionTrack(Track):
         if self.template is not None:
             template = self.template.at(self.displacement, window)
             strangers = np.float32(config.foreground_density) * beyond(away, pose.height)
-        logit = self.log_ratio(lab, pose.rows(window), window, strangers)
+        place = place_shown(view.background, lab, window, config)
+        colours = self.colours, self.surroundings
+        logit = log_ratio(lab, pose.rows(window), place, *colours, config, strangers)
+        self.history.note(_PLACE, window, place.confirmed(lab, config.shadow_floor))
         body, area = expected if template is None else template, self._usual_area
         # Each cue sees what those before it have added to the ratio.
         drawn = self._drawn_of_late()
@@ -238,15 +244,11 @@ class FusionTrack(Track):
         return self.appearance.is_like(self._signature(mask, self.view.now, self.window))
 
     def log_ratio(
-        self,
-        lab: NDArray[np.uint8],
-        rows: NDArray[np.float32],
-        window: Window,
-        strangers: NDArray[np.float32] | None = None,
+        self, lab: NDArray[np.uint8], rows: NDArray[np.float32], window: Window
     ) -> NDArray[np.float32]:
         """Return ln p(person) / p(surroundings); see :func:`.likelihood.log_ratio`."""
-        place = place_shown(self.view.background, lab, window, self.config)
-        return log_ratio(lab, rows, place, self.colours, self.surroundings, self.config, strangers)
+        place = self.view.background.within(window)
+        return log_ratio(lab, rows, place, self.colours, self.surroundings, self.config)
 
     @property
     def shown(self) -> float:  # type: ignore[override]
@@ -328,12 +330,11 @@ class FusionTrack(Track):
             if noted is not None:
                 cue.calibrate(noted[1], mask[noted[0]])
         lab = frame.image.lab_part(window)
-        background = self.view.background_in(frame, window)
-        place = place_shown(background, lab, window, config)
-        foreground = place.contradicted(lab, config.shadow_floor)
-        known = place.is_sure & (foreground == 0)
         part, near = mask[window], template[window] > 127
-        inside = (part > 127) & (near | ~known)
+        inside = part > 127
+        if (place := state.notes.get(_PLACE)) is not None:
+            known = placed(place[1], place[0], self.view.shape)[window]
+            inside &= near | (known == 0)
         if near.any():
             inside &= distance_from(near) < GUARD * self.pose.height
         outside = cv2.dilate(part, np.ones((3, 3), np.uint8)) <= 127

@@ -229,10 +229,8 @@ def place_shown(
     Return what a window of a frame should show of the background alone, in the frame's light.
 
     :param lab: (h, w, 3) uint8, the window of the frame.
-    :param window: rows and columns; of single pixels here and there the texture is not known.
     """
-    relit = config.use_relight and window[0].step is None
-    return background.within(window, lab if relit else None)
+    return background.within(window, lab if config.use_relight else None)
 
 
 def log_ratio(

@@ -82,8 +82,12 @@ class History:
 
     def place_at(self, stamp_ns: int) -> Place:
         """Return where the body was in the known frame nearest to a stamp."""
-        places = (*self._places, self.states[-1].place)
-        return min(places, key=lambda each: abs(each.stamp_ns - stamp_ns))
+        nearest = self.states[-1].place
+        for place in reversed(self._places):
+            if abs(place.stamp_ns - stamp_ns) > abs(nearest.stamp_ns - stamp_ns):
+                break
+            nearest = place
+        return nearest
 
     def state_in(self, frame: Frame) -> State | None:
         """Return the state in a frame, None if there is none."""
