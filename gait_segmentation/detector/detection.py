@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import Box
-from gait_segmentation.images import Window, size_of
+from gait_segmentation.images import Window, count_likely, size_of
 
 SAME_PERSON = 0.3
 """Intersection over union from which two boxes in one image are taken for those of one person."""
@@ -57,6 +57,16 @@ class SoftMask:
     def fits(self, box: Box) -> bool:
         """Return whether it is of somebody in a box of the image."""
         return self.box is not None and self.box.iou(box) >= _FITS
+
+    def iou(self, mask: NDArray[np.uint8], window: Window, scale: float) -> float:
+        """
+        Return the intersection over union with another mask.
+
+        :param mask: (h, w) uint8 of a window of the image made larger by ``scale``.
+        """
+        both = count_likely(cv2.min(self.drawn(window, scale, (0.0, 0.0)), mask))
+        own = count_likely(self.values) * (scale / self.scale) ** 2
+        return both / max(own + count_likely(mask) - both, 1.0)
 
     def drawn(self, window: Window, scale: float, shift: tuple[float, float]) -> NDArray[np.uint8]:
         """

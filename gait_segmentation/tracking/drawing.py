@@ -12,6 +12,9 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.tracking.tentative import Tentative
 from gait_segmentation.tracking.track import Track
 
+_OTHER = 0.5
+"""Least intersection over union of a mask and where somebody is expected who was not asked for."""
+
 
 class Draw(Protocol):
     """Draws people in the newest frame; see :meth:`.DetectorScheduler.draw`."""
@@ -48,7 +51,11 @@ def draw_new(
 
 
 def draw_known(draw: Draw, tracked: Iterable[Track], stamp_ns: int) -> None:
-    """Have people drawn who are tracked, those with a slot twice as often as others."""
+    """
+    Have people drawn who are tracked, those with a slot twice as often as others.
+
+    Where somebody is hidden a network draws who hides them: then the mask is theirs.
+    """
 
     def need(track: Track) -> float:
         return (stamp_ns - track.masked_ns) * (0.5 if track.slot is None else 1.0)
@@ -56,7 +63,23 @@ def draw_known(draw: Draw, tracked: Iterable[Track], stamp_ns: int) -> None:
     known = sorted(tracked, key=need, reverse=True)
     boxes = [track.detected_in(stamp_ns) for track in known]
     for track, mask, box in zip(known, draw(boxes), boxes, strict=False):
-        track.take_mask(mask, box)
+        shown = _shown(mask, track, known)
+        track.take_mask(mask if shown is track else None, box)
+        if shown.masked_ns < stamp_ns:
+            shown.take_mask(mask, shown.detected_in(stamp_ns))
+
+
+def _shown(mask: SoftMask, track: Track, known: Sequence[Track]) -> Track:
+    """Return whom a mask shows that was drawn for a track."""
+
+    def likeness(each: Track) -> float:
+        return mask.iou(each.expected_mask(), each.window, each.view.scale)
+
+    others = [each for each in known if each is not track and mask.fits(each.box)]
+    if not others:
+        return track
+    other = max(others, key=likeness)
+    return other if likeness(other) > max(_OTHER, likeness(track)) else track
 
 
 def _found_again(draw: Draw, mask: SoftMask) -> SoftMask | None:

@@ -168,9 +168,11 @@ class FusionTrack(Track):
         if self.config.use_sightings:
             self.sighting.see(box.scaled(self.view.scale), place)
 
-    def take_mask(self, mask: SoftMask, box: Box) -> None:
+    def take_mask(self, mask: SoftMask | None, box: Box) -> None:
         """Take in what a network has drawn of the person; see the base class."""
         super().take_mask(mask, box)
+        if mask is None:
+            return
         now = self.history.states[-1]
         self._drawn, self._outlined = (mask, now), True
         if self.sighting.newest != now.place:

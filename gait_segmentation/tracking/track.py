@@ -211,9 +211,9 @@ class Track(ABC):
         self._part_since_ns = since_ns if taller and detection.score >= _EXACT else 0
         self.is_part = self._part_since_ns > 0 and stamp_ns - since_ns >= _PART_NS
 
-    def take_mask(self, mask: SoftMask, box: Box) -> None:
+    def take_mask(self, mask: SoftMask | None, box: Box) -> None:
         """
-        Take in what a network has drawn of the person in the newest frame.
+        Take in what a network has drawn of the person in the newest frame, None if of another.
 
         :param box: in which it was asked to, in source pixels.
         """

@@ -13,6 +13,13 @@ S = 10**9
 BOXES = [Box(10 + 100 * number, 10, 40, 100) for number in range(3)]
 
 
+def mask_of(part: tuple[slice, slice]) -> SoftMask:
+    """Return a mask of a part of an image of 120 x 340 pixels."""
+    values = np.zeros((120, 340), np.uint8)
+    values[part] = 255
+    return SoftMask(values, 1.0, (0.0, 0.0), Box(0, 0, 340, 120), 5.0)
+
+
 def test_who_has_no_mask_yet_is_drawn_first_and_then_who_is_likelier() -> None:
     asked: list[Box] = []
 
@@ -61,5 +68,39 @@ def test_whose_last_mask_is_oldest_is_drawn_first_and_those_without_a_slot_half_
     for count, drawn in (1, [2]), (2, [2, 0]), (3, [2, 0, 3]), (4, [2, 0, 3, 1]):
         for each in tracks:
             each.take_mask.reset_mock()
-        draw_known(lambda boxes, count=count: ['mask'] * count, tracks, 10 * S)
+        draw_known(lambda boxes, count=count: [mask_of(np.s_[:0, :0])] * count, tracks, 10 * S)
         assert sorted(drawn) == [k for k, each in enumerate(tracks) if each.take_mask.called]
+
+
+def test_a_mask_of_who_hides_a_person_is_theirs() -> None:
+    """A person half behind another one is asked for, and then nobody, or the other one, too."""
+    there = {'behind': np.s_[10:110, 10:50], 'before': np.s_[10:110, 30:70]}
+    shown = {**there, 'both': np.s_[10:110, 20:60], 'nobody': np.s_[:0, :0]}
+
+    def given(*drawn: str) -> dict[str, str]:
+        """Return what of these masks those who are asked for in turn are given last."""
+
+        def track(name: str, masked_ns: int) -> Mock:
+            rows, columns = there[name]
+            box = Box(columns.start, rows.start, 40, 100)
+            expected = np.full((100, 40), 255, np.uint8)
+            who = Mock(slot=0, masked_ns=masked_ns, box=box, window=there[name])
+            who.configure_mock(**{'view.scale': 1.0, 'expected_mask.return_value': expected})
+
+            def take(mask: SoftMask | None, box: Box) -> None:
+                who.masked_ns, who.taken = S, next((k for k, v in masks.items() if v is mask), '')
+
+            who.take_mask, who.taken = take, 'none yet'
+            return who
+
+        masks = {name: mask_of(part) for name, part in shown.items()}
+        people = {name: track(name, age) for age, name in enumerate(there)}
+        draw_known(lambda boxes: [masks[name] for name in drawn], people.values(), S)
+        return {name: who.taken for name, who in people.items()}
+
+    assert given('behind') == {'behind': 'behind', 'before': 'none yet'}
+    assert given('before') == {'behind': '', 'before': 'before'}
+    assert given('before', 'both') == {'behind': '', 'before': 'both'}
+    # As much of the one as of the other, and of neither.
+    assert given('both') == {'behind': 'both', 'before': 'none yet'}
+    assert given('nobody') == {'behind': 'nobody', 'before': 'none yet'}
