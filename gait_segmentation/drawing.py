@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gait_segmentation.geometry import BodyFrame, Box
+from gait_segmentation.images import Window, bounding_box
 
 if TYPE_CHECKING:
     from gait_segmentation.results import MatchResult, TrackResult
@@ -80,9 +81,18 @@ def _growth(image: Image) -> float:
 
 def draw_outline(image: Image, mask: NDArray[np.uint8], colour: Colour, width: int = 1) -> None:
     """Draw the outline, holes included, of a mask, (H, W) uint8, inside where above 127."""
-    inside = (mask > 127).astype(np.uint8)
-    contours, _ = cv2.findContours(inside, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    inside, window = _cut_out(mask)
+    corner = window[1].start, window[0].start
+    contours, _ = cv2.findContours(inside, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE, offset=corner)
     cv2.polylines(image, contours, True, colour, width, cv2.LINE_AA)
+
+
+def _cut_out(mask: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], Window]:
+    """Return where a mask is above 127, 0 or 255, in the window about that, and the window."""
+    inside = cv2.inRange(mask, 128, 255)
+    left, top, width, height = bounding_box(inside)
+    window = slice(top, top + height), slice(left, left + width)
+    return inside[window], window
 
 
 def draw_box(image: Image, box: Box, colour: Colour, angle: float = 0.0) -> None:
@@ -154,9 +164,10 @@ def draw_person(image: Image, mask: NDArray[np.uint8], box: Box, match: MatchRes
     :param match: whose number is in the label, and whose view and phase in strides if they walk.
     """
     colour = track_colour(match.track_id)
-    inside = mask > 127
-    tinted = 0.75 * image[inside] + 0.25 * np.array(colour)
-    image[inside] = tinted.astype(np.uint8)
+    inside, window = _cut_out(mask)
+    if inside.size:
+        part, tints = image[window], 0.75 * np.arange(256)[:, None] + 0.25 * np.array(colour)
+        cv2.copyTo(cv2.LUT(part, tints.astype(np.uint8)[None]), inside, part)
     draw_outline(image, mask, colour, round(_growth(image)))
     draw_box(image, box, colour)
     words = f'{match.track_id}'
