@@ -415,10 +415,10 @@ class FineViews(Views):
             those before.
         """
         ring = self.rings[build]
-        count = len(ring)
+        count, azimuths = len(ring), self.azimuths[ring]
 
         def place(direction: float) -> int:
-            return int(np.exp(1j * (self.azimuths[ring] - direction)).real.argmax())
+            return int(np.cos(azimuths - direction).argmax())
 
         def steps(direction: float) -> int:
             return (place(direction) - middle + count // 2) % count - count // 2

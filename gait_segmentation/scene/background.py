@@ -85,9 +85,8 @@ class BackgroundModel:
         return (strange & self.is_sure).view(np.uint8)
 
     def confirmed(self, lab: NDArray[np.uint8], shadow_floor: float) -> NDArray[np.uint8]:
-        """Return where a frame may show the background, and it is sure what that looks like."""
-        strange = self._weighed(lab, shadow_floor) >= _MOST_EVIDENCE_OF_PIXEL
-        return (~strange & self.is_sure).view(np.uint8)
+        """Return where it is sure and not :meth:`contradicted`, (h, w) uint8 0/1."""
+        return (self.is_sure & (self.contradicted(lab, shadow_floor) == 0)).view(np.uint8)
 
     def evidence(self, lab: NDArray[np.uint8], shadow_floor: float) -> NDArray[np.float32]:
         """
