@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.colour import ColourModel, colour_bins
 from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.geometry import BodyFrame, Box, body_window
 from gait_segmentation.images import (
@@ -31,7 +30,7 @@ from gait_segmentation.tracking.cues import CueInput
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
 from gait_segmentation.tracking.cues.motion import MotionCue
 from gait_segmentation.tracking.cues.sighting import SightingCue
-from gait_segmentation.tracking.likelihood import log_ratio, place_shown
+from gait_segmentation.tracking.likelihood import Colours, log_ratio, place_shown
 from gait_segmentation.tracking.pixels import (
     ALONE,
     GUARD,
@@ -95,13 +94,12 @@ class FusionTrack(Track):
         self.full: Silhouette = self.mask
         self.template: Silhouette | None = None
         self._usual_area = self._area_of(start.mask)
-        self.colours, self.surroundings = (
-            ColourModel(config.band_share, config.colour_floor) for _ in range(2)
-        )
+        self.colours = Colours(config)
         # What may be either counts for both, so that a leg missed at first can still be found.
         inside = np.ascontiguousarray(start.votes[self.window])
         outside = cv2.erode(1 - inside, np.ones((3, 3), np.uint8))
-        self._learn_colours(view.now.image.lab_part(self.window), inside, outside, 1.0, 1.0)
+        lab, rows = view.now.image.lab_part(self.window), self.pose.rows(self.window)
+        self.colours.learn(lab, rows, (inside, outside), (1.0, 1.0))
         self.heat_map = HeatMapCue()
         self.motion = MotionCue()
         self.sighting = SightingCue()
@@ -130,8 +128,7 @@ class FusionTrack(Track):
             template = self.template.at(self.displacement, window)
             strangers = np.float32(config.foreground_density) * beyond(away, pose.height)
         place = place_shown(view.background, lab, window, config)
-        colours = self.colours, self.surroundings
-        logit = log_ratio(lab, pose.rows(window), place, *colours, config, strangers)
+        logit = log_ratio(lab, pose.rows(window), place, self.colours, config, strangers)
         self.history.note(_PLACE, window, place.confirmed(lab, config.shadow_floor))
         body, area = expected if template is None else template, self._usual_area
         # Each cue sees what those before it have added to the ratio.
@@ -250,7 +247,7 @@ class FusionTrack(Track):
     ) -> NDArray[np.float32]:
         """Return ln p(person) / p(surroundings); see :func:`.likelihood.log_ratio`."""
         place = self.view.background.within(window)
-        return log_ratio(lab, rows, place, self.colours, self.surroundings, self.config)
+        return log_ratio(lab, rows, place, self.colours, self.config)
 
     @property
     def shown(self) -> float:  # type: ignore[override]
@@ -268,8 +265,8 @@ class FusionTrack(Track):
 
     def fade(self, chroma: float) -> None:
         """Go on as if all that is known of the colours had the same a* and b*."""
-        for model in (self.colours, self.surroundings, self.appearance):
-            model.fade(chroma)
+        self.colours.fade(chroma)
+        self.appearance.fade(chroma)
 
     def correct(
         self, state: State, feedback: Feedback | None, *, alone: bool
@@ -340,26 +337,14 @@ class FusionTrack(Track):
         if near.any():
             inside &= distance_from(near) < GUARD * self.pose.height
         outside = cv2.dilate(part, np.ones((3, 3), np.uint8)) <= 127
-        self._learn_colours(lab, inside, outside, config.person_colour_rate, config.colour_rate)
+        rows, rates = self.pose.rows(self.window), (config.person_colour_rate, config.colour_rate)
+        self.colours.learn(lab, rows, (inside, outside), rates)
         self.pose = self.pose.fitted(mask, body)
         if config.use_tilt:
             self.pose = self.pose.tilted(mask)
         self.appearance.add(self._signature(mask, frame, self.window))
         if self.pose.share_inside(mask.shape) > ALONE:
             self.full = self.mask
-
-    def _learn_colours(
-        self,
-        lab: NDArray[np.uint8],
-        inside: NDArray[Any],
-        outside: NDArray[Any],
-        person_rate: float,
-        rate: float,
-    ) -> None:
-        """Learn the colours of person and surroundings in the window, (h, w) weights or bool."""
-        bins, rows = colour_bins(lab), self.pose.rows(self.window)
-        self.colours.accumulate(bins, rows, inside, person_rate)
-        self.surroundings.accumulate(bins, rows, outside, rate)
 
     def _signature(
         self, mask: NDArray[np.uint8], frame: Frame, window: Window

@@ -18,6 +18,8 @@ Where the background is steep, sigma grows by what a misplaced background would 
 
 from __future__ import annotations
 
+from typing import Any
+
 import cv2
 import numpy as np
 from numba import njit
@@ -233,12 +235,47 @@ def place_shown(
     return background.within(window, lab if config.use_relight else None)
 
 
+class Colours:
+    """The colours of a person and of what surrounds them, by height on the body, from masks."""
+
+    def __init__(self, config: TrackingConfig) -> None:
+        """Begin without any."""
+        self.person, self.surroundings = (
+            ColourModel(config.band_share, config.colour_floor) for _ in range(2)
+        )
+
+    def learn(
+        self,
+        lab: NDArray[np.uint8],
+        rows: NDArray[np.float32],
+        weights: tuple[NDArray[Any], NDArray[Any]],
+        rates: tuple[float, float],
+    ) -> None:
+        """
+        Learn from a window of a frame.
+
+        :param lab: (h, w, 3) uint8.
+        :param rows: (h, w) position down the body.
+        :param weights: of pixels, (h, w) of any type, as the person and as the surroundings.
+        :param rates: shares of the frame in what is known of the person and of the surroundings.
+        """
+        bins = colour_bins(lab)
+        for model, each, rate in zip(
+            (self.person, self.surroundings), weights, rates, strict=True
+        ):
+            model.accumulate(bins, rows, each, rate)
+
+    def fade(self, chroma: float) -> None:
+        """Go on as if all had the same a* and b*."""
+        self.person.fade(chroma)
+        self.surroundings.fade(chroma)
+
+
 def log_ratio(
     lab: NDArray[np.uint8],
     rows: NDArray[np.float32],
     background: BackgroundModel,
-    person: ColourModel,
-    surroundings: ColourModel,
+    colours: Colours,
     config: TrackingConfig,
     strangers: NDArray[np.float32] | None = None,
 ) -> NDArray[np.float32]:
@@ -263,8 +300,8 @@ def log_ratio(
         sums,
         wider,
         misplacement,
-        person.table,
-        surroundings.table,
+        colours.person.table,
+        colours.surroundings.table,
         np.zeros_like(rows) if strangers is None else strangers,
         background.sigma,
         config.background_trust if config.use_background else 0.0,

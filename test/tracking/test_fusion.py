@@ -46,7 +46,7 @@ def test_who_is_smaller_from_now_on_is_all_of_a_person_after_a_while() -> None:
         mask[100:] = 0 if number >= 5 else mask[100:]
         told.see(image, [mask], [figure.mask()])
         (track,) = told.tracker.tracks()
-        colours.append(track.colours.table.tobytes())
+        colours.append(track.colours.person.table.tobytes())
     assert [len(set(part)) for part in (colours[:5], colours[5:25])] == [5, 1]
     assert len(set(colours[-10:])) == 10
 
@@ -87,7 +87,7 @@ def test_half_a_body_teaches_neither_colours_nor_size_but_is_followed() -> None:
     for number, figure in enumerate(path):
         (result,) = told.show(figure, boards=[BOARD])
         (track,) = told.tracker.tracks()
-        colours.append(hash(track.colours.table.tobytes()))
+        colours.append(hash(track.colours.person.table.tobytes()))
         heights.append(track.body.height)
         if number >= 10:
             assert result.state == 'tracked'
@@ -161,7 +161,7 @@ def test_what_looks_like_the_place_about_the_template_is_no_colour_of_the_person
         widened = [cv2.dilate(mask, np.ones((each, each), np.uint8)) for each in (size, template)]
         told.see(image, widened[:1], widened[1:])
         (track,) = told.tracker.tracks()
-        return track.colours.table
+        return track.colours.person.table
 
     true = colours(1)
     np.testing.assert_allclose(colours(7), true, atol=1e-4)

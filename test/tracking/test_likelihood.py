@@ -3,22 +3,25 @@
 import numpy as np
 import pytest
 
-from gait_segmentation.colour import BANDS, BIN_VOLUME, ColourModel, colour_bins
+from gait_segmentation.colour import BANDS, BIN_VOLUME, colour_bins
 from gait_segmentation.scene.background import BackgroundModel
 from gait_segmentation.tracking.config import TrackingConfig
-from gait_segmentation.tracking.likelihood import log_ratio
+from gait_segmentation.tracking.likelihood import Colours, log_ratio
 
 SHAPE = (20, 30)
 
 
-def models() -> tuple[ColourModel, ColourModel]:
-    """Return a person in red before grey."""
-    found, rows = [], np.repeat(np.linspace(0, 0.999, 20, dtype=np.float32)[:, None], 30, 1)
-    for colour in ((120, 200, 160), (150, 128, 128)):
-        found.append(ColourModel(0.7, 1e-4))
-        bins = colour_bins(np.full((*SHAPE, 3), colour, np.uint8))
-        found[-1].accumulate(bins, rows, np.ones(SHAPE, np.float32), 1)
-    return found[0], found[1]
+def colours() -> Colours:
+    """Return those of a person in red before grey, who fills all rows of the body."""
+    learnt = Colours(TrackingConfig(band_share=0.7, colour_floor=1e-4))
+    rows = np.repeat(np.linspace(0, 0.999, 20, dtype=np.float32)[:, None], 30, 1)
+    red, grey = (
+        np.full((*SHAPE, 3), colour, np.uint8) for colour in ((120, 200, 160), (150, 128, 128))
+    )
+    person = np.concatenate([np.ones(SHAPE, np.float32), np.zeros(SHAPE, np.float32)])
+    two = np.concatenate([red, grey]), np.concatenate([rows, rows])
+    learnt.learn(*two, (person, 1 - person), (1.0, 1.0))
+    return learnt
 
 
 def _square_slopes(model: BackgroundModel) -> np.ndarray:
@@ -42,7 +45,8 @@ def _plainly(
     strangers: np.ndarray,
 ) -> np.ndarray:
     """Return the log-likelihood ratios of the formula, pixel by pixel."""
-    person, surroundings = models()
+    learnt = colours()
+    person, surroundings = learnt.person, learnt.surroundings
     slopes, sigma = _square_slopes(model), model.sigma
     bins = colour_bins(lab)
     out = np.empty(SHAPE)
@@ -88,6 +92,6 @@ def test_it_is_the_formula_pixel_by_pixel(switches: dict, misplacement: float) -
     lab[0], lab[1] = (120, 200, 160), (150, 128, 128)
     rows = rng.uniform(-0.2, 1.2, SHAPE).astype(np.float32)
     strangers = rng.choice([0, 1e-3], SHAPE).astype(np.float32)
-    found = log_ratio(lab, rows, model, *models(), config, strangers)
+    found = log_ratio(lab, rows, model, colours(), config, strangers)
     expected = _plainly(lab, rows, model, config, strangers)
     np.testing.assert_allclose(found, expected, atol=2e-3)
