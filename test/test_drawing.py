@@ -6,7 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gait_segmentation.drawing import segmentation_picture, track_colour, view_word
+from gait_segmentation.drawing import (
+    draw_outline,
+    segmentation_picture,
+    track_colour,
+    view_word,
+)
 from gait_segmentation.geometry import BodyFrame, Box
 from gait_segmentation.results import MatchResult, SegmentationResult, TrackResult
 from gait_segmentation.segmentation import PeopleMasks
@@ -44,6 +49,18 @@ def test_both_boxes_are_drawn_where_the_source_has_them() -> None:
     assert is_red(picture[60, 36])
     assert is_green(picture[60, 42])
     assert (segmentation_picture(IMAGE, masks, [NOBODY, NOBODY]) == IMAGE).all()
+
+
+def test_an_outline_lies_on_the_border_of_a_mask_and_of_its_hole() -> None:
+    picture, mask = IMAGE.copy(), LARGE.copy()
+    mask[50:70, 50:60] = 0
+    draw_outline(picture, mask, (0, 255, 0))
+    drawn = changed(picture, 60)
+    assert drawn[20, 40:70].all()
+    assert drawn[20:100, 69].all()
+    assert drawn[49, 50:60].all()
+    drawn[18:102, 38:72] = False
+    assert not drawn.any()
 
 
 def test_a_person_is_tinted_in_the_colour_of_the_track_and_what_is_known_is_written() -> None:
