@@ -210,10 +210,8 @@ def _passing(tracks: Sequence[Track]) -> set[int]:
 
 def _pass(one: Track, other: Track) -> bool:
     """Return whether two people look alike, and go past each other so close as to be one."""
-    if not (one.pose.moves and other.pose.moves and one.pose.box.iou(other.pose.box)):
-        # How fast somebody goes who has just begun is not known.
-        return False
-    if math.dist(one.pose.velocity, other.pose.velocity) < _APART * one.pose.height:
+    against = math.dist(one.pose.velocity, other.pose.velocity)
+    if against < _APART * one.pose.height or not one.pose.box.iou(other.pose.box):
         return False
     looks = [each.appearance.last for each in (one, other) if each.appearance is not None]
     alike = len(looks) == 2 and similarity(*looks) >= SAME_COLOURS
