@@ -331,9 +331,8 @@ class FusionTrack(Track):
         lab = frame.image.lab_part(window)
         part, near = mask[window], template[window] > 127
         inside = part > 127
-        if (place := state.notes.get(_PLACE)) is not None:
-            known = placed(place[1], place[0], self.view.shape)[window]
-            inside &= near | (known == 0)
+        if (known := state.noted(_PLACE)) is not None:
+            inside &= near | (known[window] == 0)
         if near.any():
             inside &= distance_from(near) < GUARD * self.pose.height
         outside = cv2.dilate(part, np.ones((3, 3), np.uint8)) <= 127

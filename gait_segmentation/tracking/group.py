@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, distance_from, overlap, placed, size_of, within
+from gait_segmentation.images import Window, distance_from, overlap, size_of, within
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.scene.scene import View
 from gait_segmentation.tracking.appearance import SAME_COLOURS, similarity
@@ -194,9 +194,7 @@ def keep_own(track: Track, likelihood: NDArray[np.uint8], others: Sequence[Track
 def own_feedback(track: Track, stamp_ns: int) -> Feedback | None:
     """Return what was kept of a frame without a mask, in working pixels, if anything was."""
     for state in track.history.states:
-        noted = state.notes.get(_OWN)
-        if noted is not None and state.frame.image.stamp_ns == stamp_ns:
-            mask = placed(noted[1], noted[0], track.view.shape)
+        if state.frame.image.stamp_ns == stamp_ns and (mask := state.noted(_OWN)) is not None:
             return Feedback(stamp_ns, track.track_id, mask, None, mask)
     return None
 

@@ -260,10 +260,8 @@ class Colours:
         :param rates: shares of the frame in what is known of the person and of the surroundings.
         """
         bins = colour_bins(lab)
-        for model, each, rate in zip(
-            (self.person, self.surroundings), weights, rates, strict=True
-        ):
-            model.accumulate(bins, rows, each, rate)
+        self.person.accumulate(bins, rows, weights[0], rates[0])
+        self.surroundings.accumulate(bins, rows, weights[1], rates[1])
 
     def fade(self, chroma: float) -> None:
         """Go on as if all had the same a* and b*."""

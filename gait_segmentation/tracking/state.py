@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gait_segmentation.images import Window, shifted_part
+from gait_segmentation.images import Window, placed, shifted_part
 from gait_segmentation.scene.scene import MOST_KEPT, Frame, Shift
 
 _MOST_PLACES = 64
@@ -42,6 +42,12 @@ class State:
     def place(self) -> Place:
         """Return where the body was then."""
         return Place(self.frame.image.stamp_ns, self.displacement)
+
+    def noted(self, name: str) -> NDArray[np.uint8] | None:
+        """Return a note in an image of the frame's size, (H, W) uint8, None if there is none."""
+        if (note := self.notes.get(name)) is None:
+            return None
+        return placed(note[1], note[0], self.frame.image.gray.shape)
 
 
 class History:
