@@ -111,7 +111,7 @@ class Pipeline:
         self._clock = clock
         self.config = config = config or PipelineConfig()
         self.bank = bank if bank is not None else default_bank()
-        slots, threads = config.people.max_people, config.people.people_threads
+        slots = config.people.max_people
         self.tracker = PeopleTracker(
             self.bank,
             config.tracking,
@@ -119,8 +119,8 @@ class Pipeline:
             starting=config.starting,
             scheduler=scheduler or DetectorScheduler(config.detector),
         )
-        self.matcher = PeopleMatcher(self.bank, config.matching, max_people=slots, threads=threads)
-        self.segmenter = PeopleSegmenter(config.segmentation, max_people=slots, threads=threads)
+        self.matcher = PeopleMatcher(self.bank, config.matching, max_people=slots)
+        self.segmenter = PeopleSegmenter(config.segmentation, max_people=slots)
         self._held: HeldFrames[tuple[NDArray[np.uint8], list[TrackResult]]] = HeldFrames()
         self._feedback: list[tuple[list[Feedback], dict[str, float]]] = []
         self._stamps = Stamps()

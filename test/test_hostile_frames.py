@@ -113,7 +113,7 @@ def test_every_frame_has_one_sound_result(data: Any) -> None:
     draw, config = data.draw, PipelineConfig()
     names = ('tracking', 'matching', 'segmentation', 'starting')
     config = replace(config, **{name: changed(draw, getattr(config, name)) for name in names})
-    people = PeopleConfig(draw(st.integers(1, 4)), draw(st.integers(1, 2)))
+    people = PeopleConfig(draw(st.integers(1, 4)))
     pipe = Pipeline(replace(config, people=people), small_bank())
     image, stamps = np.zeros((*draw(SHAPES), 3), np.uint8), Stamps()
     waiting: list[tuple[int, tuple[int, ...]]] = []

@@ -164,11 +164,11 @@ SECOND = 4
 """The frame in which the second person of a couple is started."""
 
 
-def several(lag: int = 0, slots: int = 3, threads: int = 2, people: int = 2) -> list[FrameResult]:
+def several(lag: int = 0, slots: int = 3, people: int = 2) -> list[FrameResult]:
     config = PipelineConfig(
         TrackingConfig(),
         MatchingConfig(lag=lag),
-        people=PeopleConfig(max_people=slots, people_threads=threads),
+        people=PeopleConfig(max_people=slots),
         detector=DetectorConfig(network='none'),
     )
     pipe = Pipeline(config, small_bank())

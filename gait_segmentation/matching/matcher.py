@@ -8,7 +8,7 @@ import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -36,7 +36,6 @@ from gait_segmentation.matching.placements import (
     likely_box,
     warp_template,
 )
-from gait_segmentation.people import TaskPool
 from gait_segmentation.results import TRACKED, MatchResult, TrackResult
 from gait_segmentation.stamps import check_later
 
@@ -250,11 +249,9 @@ class PeopleMatcher:
         config: MatchingConfig | None = None,
         *,
         max_people: int = 1,
-        threads: int = 1,
     ) -> None:
-        """Make a matcher for each slot, of which some threads work at a time."""
+        """Make a matcher for each slot."""
         self._bank = bank
-        self._pool = TaskPool(threads)
         self._count = max_people
         self.config = config or MatchingConfig()
 
@@ -293,22 +290,16 @@ class PeopleMatcher:
             _check(track, source_size)
         check_later(tracks[0].stamp_ns, self._stamp_ns)
         self._stamp_ns = tracks[0].stamp_ns
-        calls = [
-            partial(
-                slot.add_frame, track, source_size, self._unoccluded(track, tracks, source_size)
-            )
-            for slot, track in zip(self._slots, tracks, strict=True)
-        ]
-        # Empty slots are not worth a thread.
-        asked = [call for call, track in zip(calls, tracks, strict=True) if track.body]
         try:
-            found = iter(self._pool.run(asked))
-            pairs = zip(calls, tracks, strict=True)
-            return self._complete([next(found) if track.body else call() for call, track in pairs])
+            found = [
+                slot.add_frame(track, source_size, self._unoccluded(track, tracks, source_size))
+                for slot, track in zip(self._slots, tracks, strict=True)
+            ]
         except Exception:
             # Who has answered would be ahead of the others.
             self.reset()
             raise
+        return self._complete(found)
 
     def flush(self) -> list[tuple[MatchResult, ...]]:
         """Return the results that the lag still holds back, and end the paths."""

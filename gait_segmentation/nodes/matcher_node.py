@@ -47,10 +47,7 @@ class MatcherNode(GaitNode):
     def build(self) -> None:
         """Make the stage and the publishers."""
         config = self.parameters.get(MatchingConfig)
-        people = self.parameters.get(PeopleConfig)
-        self.stage = PeopleMatcher(
-            self.bank, config, max_people=self.slots, threads=people.people_threads
-        )
+        self.stage = PeopleMatcher(self.bank, config, max_people=self.slots)
         self._results = Outputs(self, match_topics(self.slots))
         self._held: HeldFrames[Header] = HeldFrames()
 

@@ -39,8 +39,7 @@ class SegmenterNode(GaitNode):
     def build(self) -> None:
         """Make the stage and the publishers."""
         config = self.parameters.get(SegmentationConfig)
-        people = self.parameters.get(PeopleConfig)
-        self.stage = PeopleSegmenter(config, max_people=self.slots, threads=people.people_threads)
+        self.stage = PeopleSegmenter(config, max_people=self.slots)
         self._shape: tuple[int, int] | None = None
         self._results = Outputs(self, mask_topics(self.slots))
         self._debug = Outputs(self, picture_topics())

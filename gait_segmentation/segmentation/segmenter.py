@@ -33,7 +33,6 @@ from gait_segmentation.images import (
 )
 from gait_segmentation.paper.prior import shape_terms
 from gait_segmentation.paper.vocabulary import Vocabulary, default_vocabulary
-from gait_segmentation.people import TaskPool
 from gait_segmentation.results import MatchResult, SegmentationResult
 from gait_segmentation.segmentation.config import SegmentationConfig
 from gait_segmentation.segmentation.graph_cut import (
@@ -370,13 +369,10 @@ class PeopleSegmenter:
     next cannot have: each pixel has one owner.  Nearer is who has the lower feet.
     """
 
-    def __init__(
-        self, config: SegmentationConfig | None = None, *, max_people: int = 1, threads: int = 1
-    ) -> None:
-        """Make a segmenter for each slot, of which some threads work at a time."""
+    def __init__(self, config: SegmentationConfig | None = None, *, max_people: int = 1) -> None:
+        """Make a segmenter for each slot."""
         config = config or SegmentationConfig()
         self._slots = [Segmenter(config) for _ in range(max_people)]
-        self._pool = TaskPool(threads)
 
     @property
     def config(self) -> SegmentationConfig:
@@ -430,52 +426,28 @@ class PeopleSegmenter:
                 )
             if match.body is not None:
                 check_body(match.body, (image.shape[1], image.shape[0]))
-        tasks = [
-            functools.partial(self._cut_out, group, image, likelihoods, matches)
-            for group in _groups(matches)
-        ]
-        found = {slot: each for part in self._pool.run(tasks) for slot, each in part.items()}
-        people = tuple(found[slot] for slot in range(len(self._slots)))
-        if len(people) == 1:
-            mask = people[0].mask
-            return PeopleMasks(people, mask, mask & np.uint8(1))
-        labels = np.zeros(image.shape[:2], np.uint8)
-        for slot, each in enumerate(people):
-            labels[each.mask > 0] = slot + 1
-        return PeopleMasks(people, np.where(labels > 0, np.uint8(255), np.uint8(0)), labels)
-
-    def _cut_out(
-        self,
-        group: Sequence[int],
-        image: NDArray[np.uint8],
-        likelihoods: Sequence[NDArray[np.uint8]],
-        matches: Sequence[MatchResult],
-    ) -> dict[int, SegmentationResult]:
-        """Cut out slots one after the other; those before occlude the others."""
         found: dict[int, SegmentationResult] = {}
-        for slot in group:
+        for slot in sorted(range(len(matches)), key=lambda each: -_feet(matches[each])):
             masks = [each.mask for other, each in found.items() if _touch(matches, slot, other)]
             occluded = functools.reduce(np.bitwise_or, masks) if masks else None
             found[slot] = self._slots[slot].segment(
                 image, likelihoods[slot], matches[slot], occluded
             )
-        return found
+        people = tuple(found[slot] for slot in range(len(self._slots)))
+        mask, labels = np.zeros((2, *image.shape[:2]), np.uint8)
+        for slot, each in found.items():
+            if not each.reason:
+                mask |= each.mask
+                labels |= each.mask & np.uint8(slot + 1)
+        return PeopleMasks(people, mask, labels)
 
 
-def _groups(matches: Sequence[MatchResult]) -> list[list[int]]:
-    """Return the slots in groups that do not touch each other, in each the nearest first."""
-    feet = [
-        -math.inf if body is None else body.center_y + 0.5 * body.height * math.cos(body.angle)
-        for body in (match.body for match in matches)
-    ]
-    order = sorted(range(len(matches)), key=feet.__getitem__, reverse=True)
-    groups: list[list[int]] = []
-    for slot in order:
-        touching = [group for group in groups if any(_touch(matches, slot, k) for k in group)]
-        joined = [each for each in order if any(each in group for group in touching)]
-        groups = [group for group in groups if group not in touching]
-        groups.append([*joined, slot])
-    return groups
+def _feet(match: MatchResult) -> float:
+    """Return how far down the feet are, -inf of nobody."""
+    body = match.body
+    if body is None:
+        return -math.inf
+    return body.center_y + 0.5 * body.height * math.cos(body.angle)
 
 
 def _touch(matches: Sequence[MatchResult], one: int, two: int) -> bool:

@@ -243,8 +243,7 @@ def test_a_topic_is_given_once(given: list[str], capfd) -> None:
 def test_a_parameter_file_is_read_as_the_nodes_read_it(given: list[str], tmp_path: Path) -> None:
     file = tmp_path / 'params.yaml'
     file.write_text(
-        '/**:\n  ros__parameters:\n    backlog: 3\n    max_people: 2\n'
-        '    people.people_threads: 3\n'
+        '/**:\n  ros__parameters:\n    backlog: 3\n    people.max_people: 2\n'
         '    initial_box: [1, 2, 30, 40]\n    bank: of_file.npz\n'
         '/robot/gait_pipeline:\n  ros__parameters:\n    matching: {lag: 4, window: 1}\n'
         'camera:\n  ros__parameters:\n    matching.lag: 9\n'
@@ -252,7 +251,6 @@ def test_a_parameter_file_is_read_as_the_nodes_read_it(given: list[str], tmp_pat
     command = [given[0], '--out', given[-1], '--params', str(file)]
     (job,) = make_jobs(parser().parse_args(command))
     assert (job.config.people.max_people, job.config.matching.lag) == (2, 4)
-    assert job.config.people.people_threads == 3
     assert job.config.matching.window == 1.0
     assert job.box is not None
     assert (job.box.x, job.box.height, job.bank) == (1, 40, 'of_file.npz')

@@ -27,9 +27,8 @@ def tracks(index: int, *seen: bool) -> list[TrackResult]:
     ]
 
 
-def people(slots: int = 2, threads: int = 1, **changes) -> PeopleMatcher:
-    config = MatchingConfig(**changes)
-    return PeopleMatcher(small_bank(), config, max_people=slots, threads=threads)
+def people(slots: int = 2, **changes) -> PeopleMatcher:
+    return PeopleMatcher(small_bank(), MatchingConfig(**changes), max_people=slots)
 
 
 def test_a_lag_tells_of_each_frame_where_the_bodies_were_in_it() -> None:
@@ -51,19 +50,9 @@ def test_a_lag_tells_of_each_frame_where_the_bodies_were_in_it() -> None:
         assert len({a.placement for a, _ in pairs}) == len(pairs)
 
 
-def test_threads_change_nothing() -> None:
-    one, three = people(3, 1), people(3, 3)
-    for index in range(4):
-        (first,) = one.update(tracks(index, True, True, True), source_size=SIZE)
-        (second,) = three.update(tracks(index, True, True, True), source_size=SIZE)
-        for a, b in zip(first, second, strict=True):
-            assert (a.phase, a.similarity, a.body) == (b.phase, b.similarity, b.body)
-
-
-@pytest.mark.parametrize('threads', [1, 2])
 @pytest.mark.parametrize('door', [True, False])
-def test_a_frame_that_cannot_be_used_is_skipped_in_all_slots(door, threads, monkeypatch) -> None:
-    matcher = people(threads=threads, lag=1)
+def test_a_frame_that_cannot_be_used_is_skipped_in_all_slots(door, monkeypatch) -> None:
+    matcher = people(lag=1)
     matcher.update(tracks(0, True, True), source_size=SIZE)
     good, bad = tracks(1, True, True)
     if door:

@@ -19,18 +19,17 @@ def match(figure: Figure | None, track_id: int = 1) -> MatchResult:
     return MatchResult(1, track_id, body, None, 0, 0, 0.0, 1.0, 0.0, 1.0, 1.0, prior)
 
 
-def cut(*figures: Figure, threads: int) -> PeopleMasks:
+def cut(*figures: Figure) -> PeopleMasks:
     """Cut figures out whose likelihoods say yes also where others hide them."""
     image, _ = picture(sorted(figures, key=lambda each: each.y + each.height / 2))
     matches = [match(figure, k + 1) for k, figure in enumerate(figures)]
     likelihoods = [cv2.GaussianBlur(each.shape_prior, (0, 0), 1) for each in matches]
-    segmenter = PeopleSegmenter(max_people=len(figures), threads=threads)
-    return segmenter.update(image, likelihoods, matches)
+    return PeopleSegmenter(max_people=len(figures)).update(image, likelihoods, matches)
 
 
-def test_each_pixel_has_one_owner_and_neither_the_order_nor_threads_change_that() -> None:
+def test_each_pixel_has_one_owner_and_the_order_does_not_change_that() -> None:
     people = _, near, _ = Figure(150, y=86.0), Figure(164, BLUE, y=94.0), Figure(60)
-    found, turned = cut(*people, threads=1), cut(*people[::-1], threads=3)
+    found, turned = cut(*people), cut(*people[::-1])
     for one, two in zip(found.people, turned.people[::-1], strict=True):
         np.testing.assert_array_equal(one.mask, two.mask)
     masks = np.array([each.mask > 0 for each in found.people])
