@@ -47,7 +47,7 @@ _SHADOW_FLOOR = 0.6  # darkest shadow, as a share of the background's lightness;
 _BROKEN = 0.5  # share of pixels that differ at which the place is not the one learnt
 _LEAST_AREA = 10  # pixels of what moves
 _MOST_PARTS = 32  # that may move, the largest ones
-_MOVING_SHARE = 0.1  # of a person's box, in which they move
+_MOVING_SHARE = 0.3  # of a person's box, in which they move
 
 
 class PlaceMemory:

@@ -86,7 +86,12 @@ def explain(tracks: Sequence[Track], seen: Seen) -> list[Detection]:
             [expected[track]], seen.people
         ):
             track.overlook()
-    sure = [each for each in seen.people if each.score >= _FOUND_AGAIN]
+    others = set(pairs.values())
+    sure = [
+        each
+        for number, each in enumerate(seen.people)
+        if each.score >= _FOUND_AGAIN and number not in others
+    ]
     for track in lost:
         if associate([expected[track]], sure):
             track.resume()

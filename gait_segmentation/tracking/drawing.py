@@ -24,12 +24,13 @@ class Draw(Protocol):
 
 
 def draw_new(
-    draw: Draw, found: Sequence[Tentative], stamp_ns: int, *, late: bool
+    draw: Draw, found: Sequence[Tentative], stamp_ns: int, longest: int, *, late: bool
 ) -> list[Tentative]:
     """
     Return tentative tracks that were just detected with their masks, as far as there is time.
 
     :param stamp_ns: of the newest frame.
+    :param longest: its longer side.
     :param late: whether they were detected in an earlier one.
     """
     wanted: list[Tentative] = []
@@ -46,7 +47,7 @@ def draw_new(
         box, there = each.detection.box, _found_again(draw, mask) if late else mask
         if there is not None:
             box = (there.box or box) if late else box
-            drawn.append(each.drawn(box, there, stamp_ns))
+            drawn.append(each.drawn(box, there, stamp_ns, longest))
     return [*drawn, *wanted[len(masks) :], *others]
 
 

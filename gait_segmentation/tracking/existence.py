@@ -12,6 +12,7 @@ they move against the world, and whether what rests looks as it did while it mov
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,10 +29,12 @@ have .7 and more, of the former .4 to .7, and of things that are no people .5 at
 """
 
 _PRESENCES = (-12.0, -6.0, -2.0, 0.0, 3.0)
-_PRESENT = (-6.0, -2.0, -0.5, 0.3, 2.5)
+_SMALL_PRESENT = (-6.0, -2.0, -0.5, 0.3, 2.5)
+_TALL_PRESENT = (-6.0, -6.0, -6.0, -4.0, 2.5)
 """
-Log-odds of a person in the square that a network draws, and what they say: those of people are
-above 1, of others mostly far below 0.
+Log-odds of a person in the square that a network draws, and what they say of somebody small and
+tall: those of people are above 1, of others mostly far below 0; one in a hundred of the tall is
+below 0, and a third of the small.
 """
 
 _SMALL_SHARE, _TALL_SHARE = 0.14, 0.235
@@ -137,8 +140,7 @@ class Existence:
         :param score: of the detector, 0 to 1.
         :param share: height of the box, in longer sides of the image.
         """
-        small, tall = (float(np.interp(score, _SCORES, said)) for said in (_SMALL, _TALL))
-        said = float(np.interp(share, (_SMALL_SHARE, _TALL_SHARE), (small, tall)))
+        said = _by_height(share, score, _SCORES, _SMALL, _TALL)
         # Misses tell how reliably they are seen only if they were there, as is known now.
         looks, hits = self.looks + self.missed + 1, self.hits + 1
         fade = min(1.0, _MEMORY / looks)
@@ -154,9 +156,14 @@ class Existence:
             unlike=False,
         )
 
-    def drawn(self, presence: float) -> Existence:
-        """Return the existence after a network has drawn what is there; see ``SoftMask``."""
-        said = float(np.interp(presence, _PRESENCES, _PRESENT))
+    def drawn(self, presence: float, share: float) -> Existence:
+        """
+        Return the existence after a network has drawn what is there.
+
+        :param presence: see ``SoftMask``.
+        :param share: height of the box, in longer sides of the image.
+        """
+        said = _by_height(share, presence, _PRESENCES, _SMALL_PRESENT, _TALL_PRESENT)
         # Who is small or half hidden is not shown each time, and what is no person never.
         if self.present is None or said > self.present:
             return replace(self, present=said)
@@ -171,7 +178,7 @@ class Existence:
         said = -math.log(max(1 - self.hits / self.looks, 1e-3))
         return replace(self, missed=self.missed + 1, silence=self.silence + said)
 
-    def moving(self, stamp_ns: int, share: float = 1.0) -> Existence:
+    def moving(self, stamp_ns: int, share: float) -> Existence:
         """Return the existence after a frame in which a share of it moves against the world."""
         motion = max(self.motion, min(share / _MOST_MOVING, 1.0))
         return replace(self, moved_ns=stamp_ns, motion=motion, unlike=False)
@@ -202,3 +209,15 @@ class Existence:
         if self.unlike:
             return 'what is there does not move, and looks otherwise than they did'
         return 'the detector, which saw them, does not any more'
+
+
+def _by_height(
+    share: float,
+    value: float,
+    values: Sequence[float],
+    small: Sequence[float],
+    tall: Sequence[float],
+) -> float:
+    """Return what a value says of somebody of a height, in longer sides of the image."""
+    said = [float(np.interp(value, values, each)) for each in (small, tall)]
+    return float(np.interp(share, (_SMALL_SHARE, _TALL_SHARE), said))

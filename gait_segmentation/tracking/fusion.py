@@ -175,7 +175,8 @@ class FusionTrack(Track):
         if self.sighting.newest != now.place:
             self._see_in(mask.box if mask.box and mask.fits(box) else box, now.place)
         if self.existence.motion < 1:
-            self.existence = self.existence.drawn(mask.presence)
+            share = box.height / max(self.view.source)
+            self.existence = self.existence.drawn(mask.presence, share)
         if self.existence.moved_ns is None:
             self._uncover(mask)
 
@@ -214,7 +215,7 @@ class FusionTrack(Track):
         if moving is None:
             return
         if moving >= _MOVES:
-            self.existence = self.existence.moving(stamp_ns, moving)
+            self.existence = self.existence.moving(stamp_ns, self.motion.lasting)
             self._moving_looks.append(self.appearance.last)
         elif self._moving_looks and self.existence.is_at_rest(stamp_ns):
             there = np.where(values > 127, claim.mask, np.uint8(0))

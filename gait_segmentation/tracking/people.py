@@ -257,8 +257,8 @@ class People:
         """
         longest = max(scene.source)
         known = [each for each in self.tentative if not each.is_over(scene.stamp_ns)]
-        if any(view.now.motion.camera is not None for view in scene.views):
-            known = [each for each in known if not each.rejected]
+        for view in scene.views[:1]:
+            known = [each.carried(view) for each in known]
         found, known = follow(known, others, then_ns, longest, moves)
         more, self.tentative = follow(known, by_map, scene.stamp_ns, longest, moves)
         return [*found, *more]

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from gait_segmentation.detector.detection import Detection, SoftMask, associate
 from gait_segmentation.geometry import Box
+from gait_segmentation.scene.scene import View
 from gait_segmentation.tracking.existence import Existence
 from gait_segmentation.tracking.track import Track
 
@@ -48,8 +49,15 @@ class Tentative:
     @classmethod
     def rejected_of(cls, track: Track, stamp_ns: int) -> Tentative:
         """Return a track that is no person, to be known as that."""
-        thing = Detection(track.body, 0.0)
+        thing = Detection(track.detected_in(stamp_ns), 0.0)
         return cls(thing, stamp_ns, track.existence, rejected=True)
+
+    def carried(self, view: View) -> Tentative:
+        """Return it in the newest frame of a view, to where the world moved."""
+        box, scale = self.detection.box, view.scale
+        x, y = view.now.motion.carry(scale * box.center_x, scale * box.center_y)
+        box = box.shifted(x / scale - box.center_x, y / scale - box.center_y)
+        return replace(self, detection=replace(self.detection, box=box))
 
     def seen(self, detection: Detection, stamp_ns: int, longest: int, *, moves: bool) -> Tentative:
         """
@@ -60,7 +68,7 @@ class Tentative:
         """
         existence = self.existence.seen(detection.score, detection.box.height / longest)
         if moves:
-            existence = existence.moving(stamp_ns)
+            existence = existence.moving(stamp_ns, 1.0)
         return replace(self, detection=detection, stamp_ns=stamp_ns, existence=existence)
 
     def may_be(self, stamp_ns: int) -> bool:
@@ -73,10 +81,14 @@ class Tentative:
         due = self.may_be(stamp_ns) or stamp_ns - self.drawn_ns >= _COMPARED_NS
         return seen and due and not self.detection.by_map
 
-    def drawn(self, box: Box, mask: SoftMask, stamp_ns: int) -> Tentative:
-        """Take in a mask of who was detected last, and the box in the frame of that."""
+    def drawn(self, box: Box, mask: SoftMask, stamp_ns: int, longest: int) -> Tentative:
+        """
+        Take in a mask of who was detected last, and the box in the frame of that.
+
+        :param longest: the longer side of the image.
+        """
         detection = replace(self.detection, box=box, mask=mask)
-        existence = self.existence.drawn(mask.presence)
+        existence = self.existence.drawn(mask.presence, box.height / longest)
         return replace(self, detection=detection, existence=existence, drawn_ns=stamp_ns)
 
     def was_compared(self, stamp_ns: int) -> bool:

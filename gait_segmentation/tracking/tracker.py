@@ -184,7 +184,8 @@ class PeopleTracker:
         people, draw = self._people, partial(self._sources.draw, image, stamp_ns)
         masks = draw(given)
         found = people.follow(new, seen.stamp_ns, seen.by_map, scene, self._beginner.moves)
-        found = draw_new(draw, found, stamp_ns, late=seen.stamp_ns < stamp_ns)
+        late = seen.stamp_ns < stamp_ns
+        found = draw_new(draw, found, stamp_ns, max(scene.source), late=late)
         draw_known(draw, people.tracked, stamp_ns)
         self._beginner.remember(scene, people, wanted=not (at_first or self._is_given))
         self._beginner.begin_anew(scene, people)

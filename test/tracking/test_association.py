@@ -79,6 +79,14 @@ def test_who_is_lost_is_seen_where_they_are_expected_if_it_is_sure(score, resume
     assert lost.resume.call_count == resumed
 
 
+def test_who_is_lost_is_not_seen_where_somebody_else_is_who_is_followed() -> None:
+    tracked = Mock(state='tracked', boxes_at=lambda _: (OWN,), detected_in=lambda _: OWN)
+    lost = Mock(state='lost', boxes_at=lambda _: (OWN.shifted(3, 0),))
+    explain([tracked, lost], Seen(5, (Detection(OWN, 0.9),)))
+    tracked.see.assert_called_once()
+    lost.resume.assert_not_called()
+
+
 def test_a_detection_is_of_whom_it_fits_not_of_who_was_seen_there_last() -> None:
     beside = OWN.shifted(25, 0)
     track = Mock(state='tracked', boxes_at=lambda _: (OWN,), detected_in=lambda _: beside)

@@ -29,11 +29,11 @@ def test_who_has_no_mask_yet_is_drawn_first_and_then_who_is_likelier() -> None:
 
     seen = [Detection(box, score) for box, score in zip(BOXES, (0.9, 0.5, 0.6), strict=True)]
     found, _ = follow([], seen, S, 320, lambda box: False)
-    drawn = draw_new(draw, found, S, late=False)
+    drawn = draw_new(draw, found, S, 320, late=False)
     assert asked == [BOXES[0], BOXES[2], BOXES[1]]
     assert [each.existence.present for each in drawn] == [2.5, None, None]
     asked.clear()
-    draw_new(draw, drawn, S + 1, late=False)
+    draw_new(draw, drawn, S + 1, 320, late=False)
     assert asked == [BOXES[2], BOXES[1], BOXES[0]]
 
 
@@ -53,7 +53,7 @@ def test_who_was_detected_late_begins_only_where_a_second_mask_shows_them() -> N
             return [SoftMask(values, 1.0, (0, 0), box, 5.0)]
 
         found, _ = follow([], [Detection(BOXES[0], 0.9)], S, 320, lambda box: False)
-        return [each.detection.box for each in draw_new(draw, found, S, late=True)]
+        return [each.detection.box for each in draw_new(draw, found, S, 320, late=True)]
 
     assert draws(gone_on, gone_on) == [gone_on]
     assert drawn_in == [BOXES[0], gone_on]

@@ -68,8 +68,9 @@ def test_of_the_small_less_is_asked_than_of_the_tall(score, share, looked, begin
         (0.3, SMALL, [5.0], True),
         (0.3, SMALL, [-1.0], False),
         (0.5, TALL, [5.0], True),
-        (0.8, TALL, [-1.0], True),
-        (0.8, TALL, [-30.0], False),
+        (0.62, SMALL, [-1.5], True),
+        (0.8, TALL, [-1.5], False),
+        (0.95, TALL, [-1.5], True),
         (0.62, TALL, [5.0, -4.0], True),
         (0.62, TALL, [5.0, -4.0, 5.0], True),
         (0.62, TALL, [5.0] + 8 * [-8.0], False),
@@ -79,7 +80,7 @@ def test_of_the_small_less_is_asked_than_of_the_tall(score, share, looked, begin
 def test_a_network_that_draws_them_says_who_is_a_person(score, share, drawn, begins):
     existence = looks('x', score, share)
     for presence in drawn:
-        existence = existence.drawn(presence)
+        existence = existence.drawn(presence, share)
     assert (existence.log_odds(S) >= 0) == begins
 
 
@@ -97,7 +98,7 @@ def test_what_rests_since_it_was_found_must_look_the_more_like_a_person(score, s
     existence = looks('xxx', score, share)
     assert existence.doubt(2 * S - 1) == ''
     assert ('hardly moved' not in existence.doubt(2 * S)) == stays
-    assert existence.moving(S).log_odds(9 * S) > 0
+    assert existence.moving(S, 1.0).log_odds(9 * S) > 0
 
 
 @pytest.mark.parametrize(
@@ -114,7 +115,7 @@ def test_what_rests_since_it_was_found_must_look_the_more_like_a_person(score, s
 def test_who_rests_and_is_drawn_there_need_not_move_soon(score, presence, seconds, stays):
     existence = looks('xxx', score, SMALL)
     for _ in range(8):
-        existence = existence.drawn(presence)
+        existence = existence.drawn(presence, SMALL)
     assert ('hardly moved' not in existence.doubt((1 + seconds) * S)) == stays
 
 
@@ -127,7 +128,7 @@ def test_what_was_said_long_ago_does_not_count():
 
 @pytest.mark.parametrize(('score', 'person'), [(0.35, False), (0.5, True)])
 def test_what_moves_and_hardly_looks_like_a_person_is_none(score, person):
-    existence = looks('x' * 9, score).moving(S)
+    existence = looks('x' * 9, score).moving(S, 1.0)
     assert (existence.log_odds(2 * S) >= 0) == person
     assert ('hardly looks' in existence.doubt(2 * S)) != person
 
@@ -147,24 +148,24 @@ def test_what_hardly_moves_rests(share, person):
 
 
 def test_what_ceases_to_move_and_looks_otherwise_is_doubted_until_it_moves():
-    existence = looks('xxx').moving(S)
+    existence = looks('xxx').moving(S, 1.0)
     assert not existence.is_at_rest(S + S // 5)
     assert existence.is_at_rest(S + S // 2)
     assert existence.resting(alike=True) == existence
     other = existence.unseen().resting(alike=False)
     assert 'otherwise' in other.doubt(2 * S)
-    assert other.moving(2 * S).doubt(2 * S) == ''
+    assert other.moving(2 * S, 1.0).doubt(2 * S) == ''
 
 
 def test_whom_a_detector_sees_at_rest_may_look_otherwise():
-    existence = looks('xxx').moving(S)
+    existence = looks('xxx').moving(S, 1.0)
     assert existence.resting(alike=False) == existence
     other = existence.unseen().resting(alike=False)
     for again in (other.seen(0.9, TALL), other.seen_again()):
         assert again.doubt(2 * S) == ''
     # Nobody looks, or hardly sees them.
     for hardly in (Existence(S, given=True), looks('xxx', 0.6)):
-        assert hardly.moving(S).resting(alike=False).doubt(2 * S) != ''
+        assert hardly.moving(S, 1.0).resting(alike=False).doubt(2 * S) != ''
 
 
 def test_whose_box_is_given_is_a_person_until_they_are_not_there():
@@ -220,8 +221,8 @@ def test_of_whom_has_not_moved_yet_every_mask_tells_whether_they_are_a_person():
     assert person.drawn_now() is None
     person.take_mask(mask, figure.box)
     assert person.drawn_now() is mask
-    assert person.existence == before.drawn(-3.0)
-    person.existence = moved = person.existence.moving(S)
+    assert person.existence == before.drawn(-3.0, figure.box.height / WIDTH)
+    person.existence = moved = person.existence.moving(S, 1.0)
     person.take_mask(mask, figure.box)
     assert person.existence == moved
     track.show(figure)

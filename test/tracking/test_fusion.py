@@ -188,7 +188,7 @@ def test_a_mask_tells_what_was_learnt_of_the_place_only_of_who_never_moved(moved
         told.show(figure)
     (track,) = told.tracker.tracks()
     if moved:
-        track.existence = track.existence.moving(told.stamp_ns)
+        track.existence = track.existence.moving(told.stamp_ns, 1.0)
     known, values = track.view.background.count.copy(), figure.mask()
     values[60:100, 130:150] = 255
     whole = Box(0, 0, WIDTH, HEIGHT)
@@ -200,7 +200,7 @@ def test_how_much_of_a_person_moves_is_taken_in() -> None:
     told, figure = Told(), Figure(100)
     told.start(figure)
     for number in range(12):
-        told.show(Figure(100, stride=0.1 + 0.01 * (number % 2)))
+        told.show(Figure(100, stride=0.1 + 0.01 * (number % 3)))
     (track,) = told.tracker.tracks()
     assert 0 < track.existence.motion < 1
 

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
 from typing import Any
@@ -17,6 +18,7 @@ from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.detector.networks import DetectorConfig, Networks
 from gait_segmentation.detector.scheduler import Detections, DetectorScheduler
 from gait_segmentation.geometry import Box
+from gait_segmentation.scene.ego_motion import WorldMotion
 from gait_segmentation.tracking.existence import Existence
 from gait_segmentation.tracking.people import People
 from gait_segmentation.tracking.tentative import Tentative
@@ -271,13 +273,14 @@ def test_only_who_is_about_as_tall_is_followed_beside_somebody(height: float, ne
     assert found is (track if near else None)
 
 
-@pytest.mark.parametrize(('camera', 'kept'), [(None, 1), (np.eye(3), 0)], ids=['stands', 'moves'])
-def test_what_was_no_person_is_known_by_its_place_until_the_camera_moves(camera, kept) -> None:
+def test_what_was_no_person_is_known_where_the_world_has_moved_it() -> None:
     thing = Tentative(Detection(Box(5, 5, 20, 50), 0.9), 5, Existence(5), rejected=True)
-    people = People(1, [Mock(view=Mock(now=Mock(motion=Mock(camera=camera))))], [thing])
-    scene = Mock(views=people.views, stamp_ns=9, source=(180, 320))
+    people = People(1, tentative=[thing])
+    motion = WorldMotion(np.array([[1, 0, 6], [0, 1, -2], [0, 0, 1.0]]))
+    scene = Mock(views=[Mock(scale=0.5, now=Mock(motion=motion))], stamp_ns=9, source=(180, 320))
     people.follow([], 9, [], scene, lambda box: False)
-    assert len(people.tentative) == kept
+    (moved,) = people.tentative
+    assert moved == replace(thing, detection=Detection(Box(17, 1, 20, 50), 0.9))
 
 
 def test_a_map_may_show_again_only_whom_it_can_give_a_slot_back() -> None:

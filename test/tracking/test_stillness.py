@@ -1,5 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+import math
 from itertools import count
 
 import numpy as np
@@ -80,7 +81,7 @@ def test_whom_a_detector_is_certain_of_may_stand():
 
 def test_what_looks_a_little_like_a_person_must_be_seen_to_move():
     stands = [Figure(100)] * 200
-    sways = [Figure(100 + (number % 20 > 10)) for number in range(100)]
+    sways = [Figure(100 + 4 * math.sin(number / 5)) for number in range(100)]
     assert {each.state for each in seen_by_a_detector(*sways)} == {'tracked'}
     results = seen_by_a_detector(*stands, *walk(Figure(200), 30))
     assert {each.state for each in results[:20]} == {'tracked'}

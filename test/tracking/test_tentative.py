@@ -50,7 +50,7 @@ def test_who_is_not_seen_any_more_is_forgotten_and_what_was_no_person_later() ->
 
 
 def test_what_was_no_person_is_not_looked_for() -> None:
-    track = SimpleNamespace(body=BOX, existence=Existence(S).seen(0.9, 0.4))
+    track = SimpleNamespace(detected_in=lambda _: BOX, existence=Existence(S).seen(0.9, 0.4))
     thing = Tentative.rejected_of(track, S)
     assert not thing.may_be(S)
     assert not thing.is_over(S + 20 * S)
@@ -65,7 +65,9 @@ def test_who_was_compared_is_compared_again_after_a_while() -> None:
 
 
 def drawn(each: Tentative, presence: float) -> Tentative:
-    return each.drawn(BOX, SoftMask(np.zeros((2, 2), np.uint8), 1.0, (0, 0), BOX, presence), S)
+    return each.drawn(
+        BOX, SoftMask(np.zeros((2, 2), np.uint8), 1.0, (0, 0), BOX, presence), S, 320
+    )
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ it, and a wall that the first mask took for a coat does not move at all.
 from __future__ import annotations
 
 import math
+from collections import deque
 
 import cv2
 import numpy as np
@@ -61,6 +62,13 @@ class MotionCue(Cue):
         self.moving: float | None = None
         """Share of what is expected to be the person that moves against the world, if known."""
 
+        self._latest: deque[float] = deque(maxlen=MOTION_GAP + 1)
+
+    @property
+    def lasting(self) -> float:
+        """Return the share that moves for longer than a step of the light would look like it."""
+        return min(self._latest, default=0.0)
+
     def evidence(self, given: CueInput) -> Evidence | None:
         """Return what motion says; see :meth:`Cue.evidence`."""
         view, window, pose = given.view, given.window, given.pose
@@ -80,6 +88,7 @@ class MotionCue(Cue):
             # A frame that was repeated says nothing of motion.
             if moving.any() or not np.array_equal(view.now.image.gray, earlier.image.gray):
                 self.moving = float(moving[person].mean())
+                self._latest.append(self.moving)
         if not given.seen:
             return None
         body = WorldMotion(np.array([[1, 0, dx], [0, 1, dy], [0, 0, 1]]))

@@ -82,6 +82,20 @@ def test_of_who_stands_nothing_is_told_until_it_is_learnt(step: int, told: bool)
     assert bool(evidence.any()) == told
 
 
+def test_only_what_changes_for_longer_than_a_step_of_the_light_moves() -> None:
+    """Which is seen in as many frames as are between the two that are compared."""
+    seen: list[list[float]] = [[], []]
+    for walk, found in zip((Walk(4), Walk(0)), seen, strict=True):
+        for number in range(16):
+            # Elsewhere something changes in each frame: of one that is repeated nothing is known.
+            walk.see(slice(200, 220))
+            found.append(walk.cue.lasting)
+            walk.left += 8 if number == 7 else walk.step
+            assert walk.cue.moving is None or number != 8 or walk.cue.moving > 0.2
+    assert min(seen[0][6:]) > 0.2
+    assert max(seen[1]) == 0
+
+
 def test_an_arm_that_swings_is_learnt_to_be_the_persons() -> None:
     walk, arm = Walk(0), slice(80, 90)
     for _ in range(12):
