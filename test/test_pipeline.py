@@ -50,6 +50,16 @@ def test_a_walker_is_segmented_from_the_first_box_alone() -> None:
     assert np.mean(scores[-5:]) > 0.85
 
 
+@pytest.mark.parametrize('lag', [0, 1, 2])
+def test_the_buffer_of_a_frame_may_be_filled_again_after_the_call(lag: int) -> None:
+    pipe, buffer, results = started(lag), np.empty_like(clip()[0].image), []
+    for frame in clip()[:6]:
+        buffer[:] = frame.image
+        results += pipe.update(buffer, frame.stamp_ns)
+    for found, same in zip(results + pipe.flush(), run(lag, 6), strict=True):
+        np.testing.assert_array_equal(found.mask, same.mask)
+
+
 def test_nobody_gives_empty_results() -> None:
     [frame] = pipeline(network='people').update(np.full_like(clip()[0].image, 90), 5)
     [result] = frame.people
