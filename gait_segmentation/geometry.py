@@ -182,6 +182,15 @@ class BodyFrame:
         """Return the body moved by (dx, dy)."""
         return replace(self, center_x=self.center_x + dx, center_y=self.center_y + dy)
 
+    @property
+    def feet(self) -> tuple[float, float]:
+        """Return the lower end of the axis."""
+        half = self.height / 2
+        return (
+            self.center_x - math.sin(self.angle) * half,
+            self.center_y + math.cos(self.angle) * half,
+        )
+
     def corners(self, width: float) -> tuple[tuple[float, float], ...]:
         """Return the rectangle of a width across the axis, clockwise from the body's top left."""
         cos, sin = math.cos(self.angle), math.sin(self.angle)

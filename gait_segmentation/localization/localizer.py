@@ -113,12 +113,9 @@ class _View(NamedTuple):
     @classmethod
     def of(cls, match: MatchResult, camera: PinholeCamera, pose: CameraPose) -> _View:
         assert match.body is not None
-        body, half = match.body, match.body.height / 2
-        soles = (
-            body.center_x - math.sin(body.angle) * half,
-            body.center_y + math.cos(body.angle) * half,
-        )
-        rays = camera.rays(np.array([(body.center_x, body.center_y), soles])) @ pose.rotation.T
+        body = match.body
+        ends = np.array([(body.center_x, body.center_y), body.feet])
+        rays = camera.rays(ends) @ pose.rotation.T
         if math.hypot(*rays[0, :2]) < _BELOW * np.linalg.norm(rays[0]):
             raise InputError('straight below or above the camera')
         return cls(match.stamp_ns * 1e-9, body, camera, pose, *rays)

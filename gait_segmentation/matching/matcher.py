@@ -244,11 +244,7 @@ class PeopleMatcher:
     """
 
     def __init__(
-        self,
-        bank: TemplateBank,
-        config: MatchingConfig | None = None,
-        *,
-        max_people: int = 1,
+        self, bank: TemplateBank, config: MatchingConfig | None = None, *, max_people: int = 1
     ) -> None:
         """Make a matcher for each slot."""
         self._bank = bank

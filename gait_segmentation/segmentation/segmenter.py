@@ -444,10 +444,7 @@ class PeopleSegmenter:
 
 def _feet(match: MatchResult) -> float:
     """Return how far down the feet are, -inf of nobody."""
-    body = match.body
-    if body is None:
-        return -math.inf
-    return body.center_y + 0.5 * body.height * math.cos(body.angle)
+    return -math.inf if match.body is None else match.body.feet[1]
 
 
 def _touch(matches: Sequence[MatchResult], one: int, two: int) -> bool:

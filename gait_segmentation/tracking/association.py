@@ -54,13 +54,17 @@ def unexplained(
     """
     matched = [detections[number].box for number in pairs.values()]
     missed = [box for track, boxes in enumerate(tracks) if track not in pairs for box in boxes]
-    free = [each for k, each in enumerate(detections) if k not in pairs.values()]
     return [
         each
-        for each in free
+        for each in _free(detections, pairs)
         if all(each.box.common_share(box) <= _INSIDE for box in matched)
         and all(each.box.common_share(box) <= PART for box in missed)
     ]
+
+
+def _free(detections: Sequence[Detection], pairs: dict[int, int]) -> list[Detection]:
+    """Return the detections that no track has; see :func:`associate`."""
+    return [each for number, each in enumerate(detections) if number not in pairs.values()]
 
 
 def explain(tracks: Sequence[Track], seen: Seen) -> list[Detection]:
@@ -86,12 +90,7 @@ def explain(tracks: Sequence[Track], seen: Seen) -> list[Detection]:
             [expected[track]], seen.people
         ):
             track.overlook()
-    others = set(pairs.values())
-    sure = [
-        each
-        for number, each in enumerate(seen.people)
-        if each.score >= _FOUND_AGAIN and number not in others
-    ]
+    sure = [each for each in _free(seen.people, pairs) if each.score >= _FOUND_AGAIN]
     for track in lost:
         if associate([expected[track]], sure):
             track.resume()

@@ -258,7 +258,8 @@ class People:
         longest = max(scene.source)
         known = [each for each in self.tentative if not each.is_over(scene.stamp_ns)]
         for view in scene.views[:1]:
-            known = [each.carried(view) for each in known]
+            motion = view.now.motion.scaled(1 / view.scale, 1 / view.scale)
+            known = [each.carried(motion) for each in known]
         found, known = follow(known, others, then_ns, longest, moves)
         more, self.tentative = follow(known, by_map, scene.stamp_ns, longest, moves)
         return [*found, *more]

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from gait_segmentation.detector.detection import Detection, SoftMask, associate
 from gait_segmentation.geometry import Box
-from gait_segmentation.scene.scene import View
+from gait_segmentation.scene.ego_motion import WorldMotion
 from gait_segmentation.tracking.existence import Existence
 from gait_segmentation.tracking.track import Track
 
@@ -52,11 +52,11 @@ class Tentative:
         thing = Detection(track.detected_in(stamp_ns), 0.0)
         return cls(thing, stamp_ns, track.existence, rejected=True)
 
-    def carried(self, view: View) -> Tentative:
-        """Return it in the newest frame of a view, to where the world moved."""
-        box, scale = self.detection.box, view.scale
-        x, y = view.now.motion.carry(scale * box.center_x, scale * box.center_y)
-        box = box.shifted(x / scale - box.center_x, y / scale - box.center_y)
+    def carried(self, motion: WorldMotion) -> Tentative:
+        """Return it where the world has moved it, by a motion in source pixels."""
+        box = self.detection.box
+        x, y = motion.carry(box.center_x, box.center_y)
+        box = box.shifted(x - box.center_x, y - box.center_y)
         return replace(self, detection=replace(self.detection, box=box))
 
     def seen(self, detection: Detection, stamp_ns: int, longest: int, *, moves: bool) -> Tentative:

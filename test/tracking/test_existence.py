@@ -70,6 +70,7 @@ def test_of_the_small_less_is_asked_than_of_the_tall(score, share, looked, begin
         (0.5, TALL, [5.0], True),
         (0.62, SMALL, [-1.5], True),
         (0.8, TALL, [-1.5], False),
+        (0.8, TALL, [-30.0], False),
         (0.95, TALL, [-1.5], True),
         (0.62, TALL, [5.0, -4.0], True),
         (0.62, TALL, [5.0, -4.0, 5.0], True),
