@@ -115,6 +115,10 @@ def test_the_topic_is_found_or_asked_for(tmp_path: Path) -> None:
             open_input(path, topic=topic)
         assert '/left/image (sensor_msgs/msg/Image, 2 messages)' in str(caught.value)
         assert '/right/compressed (sensor_msgs/msg/CompressedImage' in str(caught.value)
+    # A bag may have both names: the one that is written so is meant.
+    path = write_bag1(tmp_path / 'both.bag', {'image': greys(3), '/image': greys(2)})
+    assert numbers(open_input(path, topic='image')) == [0, 1, 2]
+    assert numbers(open_input(path, topic='/image')) == [0, 1]
 
 
 @pytest.mark.parametrize(
