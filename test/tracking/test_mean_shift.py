@@ -130,3 +130,9 @@ def test_it_finds_where_the_body_went(dx: int, dy: int) -> None:
 def test_mean_shift_tells_by_how_much_a_person_has_grown() -> None:
     shift = mean_shift(likely(grow=1.2), likely(), WINDOW)
     assert shift.scale == pytest.approx(1.2)
+
+
+def test_a_box_in_which_nothing_is_likely_stays_as_it_is() -> None:
+    nothing = np.zeros_like(likely())
+    for weights, reference in (nothing, likely()), (likely(), nothing):
+        assert mean_shift(weights, reference, WINDOW) == (0.0, 0.0, 1.0)
