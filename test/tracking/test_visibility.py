@@ -69,6 +69,10 @@ def test_a_silhouette_is_found_where_it_is_and_of_two_the_nearer(x: tuple, start
     found = find_silhouette(both, silhouette(), (start, 90), HEIGHT, 2.0)
     assert found[:2] == pytest.approx(middle(Figure(x[-1])), abs=0.01)
     assert found[2] > 0.7
+    # A row and a column more, which make odd sides even, are part of the cut-out.
+    found = find_silhouette(both, np.pad(silhouette(), ((0, 1), (0, 1))), (start, 90), HEIGHT, 2.0)
+    right = tuple(each + 0.5 for each in middle(Figure(x[-1])))
+    assert found[:2] == pytest.approx(right, abs=0.01)
 
 
 def test_a_silhouette_out_of_reach_does_not_hide_a_fainter_one_within() -> None:
