@@ -104,6 +104,16 @@ def test_a_map_that_misses_half_of_the_person_only_says_yes(rows, shown):
     assert (np.nanmax(found) > 0) == shown
 
 
+def test_a_map_that_misses_half_of_the_person_says_nothing_of_what_is_away_from_them():
+    heat = body()
+    heat[36:] = 0
+    # At the head, from there on farther than an arm reaches.
+    heat[28:32, 86:180] = 255
+    found = evidence(heat)
+    assert (found[28:32, 74:86] > 3).all()
+    assert np.abs(found[28:32, 150:180]).max() < 0.2
+
+
 def test_of_people_who_hang_together_only_what_is_where_the_person_is_expected_is_theirs():
     together = body() | body(80)
     together[45:50, 80:160] = 255
