@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from gait_segmentation.paper.features import (
+    POOL,
     FeatureModel,
     FeatureSelector,
     Pixels,
@@ -15,6 +16,15 @@ COLOURS = np.zeros((8, 12, 3), np.uint8)
 COLOURS[:, :4] = (200, 100, 50)
 COLOURS[:, 4:8] = (100, 50, 25)
 COLOURS[:, 8:] = (90, 90, 90)
+
+
+def test_the_shares_of_green_and_red_are_those_in_the_sum_of_the_three() -> None:
+    (feature,) = (each for each in POOL if each.name == 'rg')
+    places = feature.places(Pixels(COLOURS, COLOURS[..., 0]))
+    # Of the upper five bits each, whatever the brightness.
+    blue = (255 * 2 // 7 // 8) << 5 | (255 // 7 // 8)
+    grey = (255 // 3 // 8) << 5 | (255 // 3 // 8)
+    np.testing.assert_array_equal(places, np.tile(np.repeat([blue, blue, grey], 4), (8, 1)))
 
 
 LABELS = np.array([[1, 1, 0, 0, 2]], np.uint8)
