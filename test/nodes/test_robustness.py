@@ -84,6 +84,12 @@ def test_of_frames_that_wait_too_many_are_dropped_and_counted(bench: Bench) -> N
     for change, total in ((2, 2), (3, 5)):
         node._lost(SimpleNamespace(total_count=total, total_count_change=change))
     assert about.dropped == before + 5
+    # Who configures it again counts from there on.
+    node.trigger_deactivate()
+    node.trigger_cleanup()
+    assert node.start()
+    about = node.statistics
+    assert (about.received, about.processed, about.dropped) == (0, 0, 0)
 
 
 def test_a_node_that_is_started_again_joins_the_others(bench: Bench) -> None:
