@@ -105,6 +105,32 @@ def test_of_whom_more_is_seen_for_some_time_than_is_followed_begins_anew(
     assert results[8].body.height < 0.7 * figure.height
 
 
+def test_who_is_half_hidden_does_not_begin_anew_where_a_detector_sees_all_of_them() -> None:
+    boxes: list[Box] = []
+    told = watched(boxes)
+
+    def show(*figures: Figure) -> Track | None:
+        image, masks = picture(figures)
+        # The right half of the place is behind a low wall.
+        image[90:, WIDTH // 2 :] = 20
+        seen = [mask.copy() for mask in masks]
+        for mask in seen:
+            mask[90:, WIDTH // 2 :] = 0
+        told.see(image, seen, masks)
+        return next(iter(told.tracker.tracks()), None)
+
+    for _ in range(8):
+        show()
+    path = walk(Figure(100), 14, 8.0)
+    told.start(path[0])
+    tracks = []
+    for figure in [*path, *(12 * path[-1:])]:
+        boxes[:] = [figure.box]
+        tracks.append(show(figure))
+    assert tracks[-1].box.height < 0.6 * tracks[-1].body.height
+    assert all(track is tracks[0] for track in tracks)
+
+
 @pytest.mark.parametrize(('coat', 'track_id'), [(RED, 1), (GREEN, 2)])
 def test_somebody_found_is_the_lost_one_only_in_the_same_clothes(
     coat: tuple[int, int, int], track_id: int
