@@ -88,3 +88,10 @@ def test_a_tilt_is_used_from_a_large_one_on_until_it_is_small(side: int) -> None
         for _ in range(40):
             leaning = leaning.tilted(ellipse(100, 120, 100, side * degrees))
         assert np.degrees(leaning.angle) == pytest.approx(side * degrees * used, abs=2)
+
+
+def test_the_first_tilts_are_averaged() -> None:
+    leaning = standing()
+    for degrees, mean in (20.0, 20.0), (11.0, 15.5), (5.0, 12.0):
+        leaning = leaning.tilted(ellipse(100, 120, 100, degrees))
+        assert np.degrees(leaning.tilt) == pytest.approx(mean, abs=1)
