@@ -130,11 +130,13 @@ def test_services_reset_and_disable(bench: Bench) -> None:
     bench.record_outputs('person_0/box')
     camera = bench.publisher(Image, 'image', 1)
     bench.feed(camera, [frame(0), frame(1)])
-    assert bench.call(SetBool, 'gait_tracker/enable', SetBool.Request(data=False)).success
+    told = bench.call(SetBool, 'gait_tracker/enable', SetBool.Request(data=False))
+    assert (told.success, told.message) == (True, 'disabled: frames are ignored')
     camera.publish(frame(2))
     assert camera.wait_for_all_acked()
     bench.settle()
-    assert bench.call(SetBool, 'gait_tracker/enable', SetBool.Request(data=True)).success
+    told = bench.call(SetBool, 'gait_tracker/enable', SetBool.Request(data=True))
+    assert (told.success, told.message) == (True, 'enabled')
     bench.feed(camera, [frame(3)])
     bench.settle()
     answered = [message.header for message in bench.received['person_0/box']]
