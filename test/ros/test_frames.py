@@ -193,6 +193,45 @@ def test_while_frames_take_longer_than_they_come_the_newest_is_worked_on() -> No
     worker.stop()
 
 
+def test_with_neither_enough_time_nor_too_little_it_is_as_before() -> None:
+    now_s = due_s = 0.0
+    takes_s: list[float] = []
+    lost: list[int] = []
+
+    def come() -> None:
+        """Let the next frame come, 100 ms after the last."""
+        nonlocal now_s, due_s
+        now_s, due_s = due_s, due_s + 0.1
+        lost.append(worker.put(None))
+
+    def work(_: object) -> None:
+        nonlocal now_s
+        end_s = now_s + (takes_s.pop(0) if takes_s else 0.0)
+        while due_s <= end_s:
+            come()
+        now_s = end_s
+
+    worker = Worker(0, work, lambda: now_s)
+
+    def lost_after(*all_s: float) -> int:
+        """Return how many are lost during a long one, after 30 that took so long each."""
+        for took_s in all_s:
+            takes_s[:] = [took_s] * 30
+            while takes_s:
+                come()
+                assert worker.drain(TIMEOUT_S)
+        lost.clear()
+        takes_s.append(0.35)
+        come()
+        assert worker.drain(TIMEOUT_S)
+        return sum(lost)
+
+    assert lost_after(0.09) == 0
+    assert lost_after(0.2, 0.09) == 2
+    assert lost_after(0.07) == 0
+    worker.stop()
+
+
 def test_calls_go_first_and_those_without_a_kind_are_never_dropped(busy: Busy) -> None:
     for number in range(5):
         busy.worker.put(number)
