@@ -127,6 +127,11 @@ def test_it_finds_where_the_body_went(dx: int, dy: int) -> None:
     assert shift.scale == pytest.approx(1, abs=0.02)
 
 
+def test_it_finds_a_body_whose_window_reaches_over_the_border() -> None:
+    shift = mean_shift(likely(-42, -31), likely(-45, -33), WINDOW.shifted(-45, -33))
+    assert shift == pytest.approx((3, 2, 1), abs=0.02)
+
+
 def test_mean_shift_tells_by_how_much_a_person_has_grown() -> None:
     shift = mean_shift(likely(grow=1.2), likely(), WINDOW)
     assert shift.scale == pytest.approx(1.2)
