@@ -4,6 +4,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import importlib
+
 import cv2
 import numpy as np
 import pytest
@@ -20,6 +23,14 @@ def test_the_usage_is_shown_instead_of_a_start(words: list[str], code: int, caps
     said = capsys.readouterr()
     assert '--params-file FILE' in said.out + said.err
     assert ('exit code: 0' in said.out) == (code == 0)
+
+
+@pytest.mark.parametrize('name', ['localizer', 'matcher', 'pipeline', 'segmenter', 'tracker'])
+def test_each_node_has_a_command(name: str, capsys) -> None:
+    command = importlib.import_module(f'gait_segmentation.nodes.{name}_node').main
+    with contextlib.suppress(Exception, SystemExit):
+        command(['node', '--help'])
+    assert f'gait_{name}' in capsys.readouterr().out
 
 
 def test_opencv_prints_nothing_of_what_it_cannot_decode(capfd) -> None:
