@@ -119,13 +119,13 @@ class OnnxFile:
 
     def _seen(self, image: NDArray[np.uint8], scale: float, *, rgb: bool) -> NDArray[np.float32]:
         """Return what the network says of an image, which fills its input from the top left."""
-        check_image(image)
         small = resized(image, scale)
         below, right = self.height - small.shape[0], self.width - small.shape[1]
         small = cv2.copyMakeBorder(small, 0, below, 0, right, cv2.BORDER_CONSTANT, value=_PADDING)
         return self.run(cv2.dnn.blobFromImage(small, 1 / 255 if rgb else 1.0, swapRB=rgb))
 
     def _scale(self, image: NDArray[np.uint8]) -> float:
+        check_image(image)
         return min(self.width / image.shape[1], self.height / image.shape[0])
 
     def people(self, image: NDArray[np.uint8]) -> list[Detection]:

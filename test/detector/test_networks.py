@@ -6,7 +6,7 @@ import pytest
 
 from gait_segmentation.detector.networks import open_networks
 from gait_segmentation.detector.person_detector import default_detector
-from gait_segmentation.errors import DetectorError
+from gait_segmentation.errors import DetectorError, InputError
 from gait_segmentation.geometry import Box
 from test.networks import box_network, red_network, save
 
@@ -79,6 +79,15 @@ def test_a_map_lies_on_the_image_whatever_their_proportions(tmp_path, sides):
     assert len(xs) == pytest.approx(found.size / 12, rel=0.2)
     # Boxes are those of the package's own detector.
     assert networks.people == default_detector().people
+
+
+@pytest.mark.parametrize('image', [IMAGE.astype(np.float32), IMAGE[..., 0], None])
+def test_what_is_no_image_is_refused(tmp_path, image):
+    maps = opened(red_network(tmp_path, None, sides=(64, 96)))
+    boxes = opened(box_network(tmp_path, yolox()))
+    for look in maps.heat_map, boxes.people:
+        with pytest.raises(InputError, match='image must be a'):
+            look(image)
 
 
 def test_the_map_must_be_a_probability(tmp_path):
