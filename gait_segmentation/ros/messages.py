@@ -213,7 +213,7 @@ def _pose(location: Location, up: float = 0.0) -> Pose:
     return Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(**turn))
 
 
-def _colour(track_id: int, opacity: float = 1.0) -> ColorRGBA:
+def _colour(track_id: int, opacity: float) -> ColorRGBA:
     blue, green, red = (float(value) / 255 for value in track_colour(track_id))
     return ColorRGBA(r=red, g=green, b=blue, a=opacity)
 
