@@ -167,6 +167,9 @@ def test_all_that_moves_is_marked_and_nothing_between_those_beside_each_other() 
     apart = image((40, 20, 20, 40), (80, 66, 8, 30))
     moves = image((40, 20, 2, 40), (58, 20, 2, 40), (80, 66, 8, 30))
     assert np.array_equal(moving_bodies(apart, moves), apart)
+    # One beside a leg and above the foot of the other.
+    within = image((40, 20, 6, 60), (40, 76, 40, 4), (66, 20, 10, 30))
+    assert np.array_equal(moving_bodies(within, within), within)
 
 
 def test_only_what_moves_now_is_marked() -> None:
