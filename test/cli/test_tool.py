@@ -1,5 +1,6 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
+import contextlib
 import os
 import subprocess
 import sys
@@ -88,6 +89,12 @@ def test_when_all_is_compiled_there_is_nothing_to_do(capsys) -> None:
     capsys.readouterr()
     assert command.main([]) == 0
     assert capsys.readouterr().out == "nothing to do: all kernels are in Numba's cache\n"
+
+
+def test_the_usage_is_shown_instead_of_compiling(capsys) -> None:
+    with contextlib.suppress(SystemExit):
+        command.main(['--help'])
+    assert 'exit code: 0, also if there is nothing to do' in capsys.readouterr().out
 
 
 def test_what_is_compiled_is_counted(monkeypatch: pytest.MonkeyPatch, tmp_path, capsys) -> None:
