@@ -30,7 +30,14 @@ def test_rays_are_the_inverse_of_the_projection() -> None:
 
 @pytest.mark.parametrize(
     'change',
-    [{'fx': 0.0}, {'fy': math.nan}, {'fy': 1e-3}, {'cx': math.nan}, {'distortion': (0.1, 0.2)}],
+    [
+        {'fx': 0.0},
+        {'fy': math.nan},
+        {'fy': 1e-3},
+        {'cx': math.nan},
+        {'cx': 320.0 + 6401.0},
+        {'distortion': (0.1, 0.2)},
+    ],
 )
 def test_what_is_no_camera_is_refused(change: dict) -> None:
     given = {'width': 640, 'height': 480, 'fx': 500.0, 'fy': 500.0, 'cx': 320.0, 'cy': 240.0}
