@@ -27,6 +27,23 @@ def test_the_shares_of_green_and_red_are_those_in_the_sum_of_the_three() -> None
     np.testing.assert_array_equal(places, np.tile(np.repeat([blue, blue, grey], 4), (8, 1)))
 
 
+def test_the_orientation_is_that_of_gradients_whichever_side_is_lighter() -> None:
+    (feature,) = (each for each in POOL if each.name == 'orientation')
+    y, x = np.mgrid[:12, :12]
+    # Across, down to the right, down, down to the left, and none.
+    for gray, place in (
+        (20 * x, 1),
+        (10 * (x + y), 8),
+        (20 * y, 16),
+        (10 * (11 + y - x), 24),
+        (0 * x, 0),
+    ):
+        for each in (gray, 255 - gray):
+            plane = each.astype(np.uint8)
+            found = feature.places(Pixels(cv2.merge([plane] * 3), plane))
+            assert np.all(found[3:-3, 3:-3] == place)
+
+
 LABELS = np.array([[1, 1, 0, 0, 2]], np.uint8)
 
 
