@@ -41,6 +41,7 @@ def test_each_band_knows_its_own_colour_best() -> None:
     assert np.array_equal(table.argmax(axis=1), np.arange(BANDS))
     # A neighbouring band counts half, one further away only through the whole body.
     assert table[3, 3] > table[3, 4] > table[3, 6] > 1e-4
+    assert table[3, 2] == pytest.approx(table[3, 4])
     assert colours.table.sum(axis=0) == pytest.approx(np.full(BANDS, 1 + 1e-4 * BINS**3), rel=1e-3)
 
 
