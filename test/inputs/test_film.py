@@ -251,6 +251,7 @@ def test_a_film_with_a_hole_is_damaged_and_the_rest_is_read(
     [
         ({'start': -1}, 'start must be from 0 to'),
         ({'start': 9}, 'has no frame 9'),
+        ({'count': 0}, 'count must be from 1 to'),
         ({'width': 10**9}, 'width must be from 0 to 65536'),
         ({'max_pixels': 2399}, 'at most 2399 pixels'),
         ({'rotate': 45}, 'rotate must be 0, 90, 180 or 270'),
