@@ -64,10 +64,16 @@ def test_who_was_compared_is_compared_again_after_a_while() -> None:
     assert [compared.was_compared(S + s * S // 4) for s in (1, 3)] == [True, False]
 
 
-def drawn(each: Tentative, presence: float) -> Tentative:
+def drawn(each: Tentative, presence: float, box: Box = BOX) -> Tentative:
     return each.drawn(
-        BOX, SoftMask(np.zeros((2, 2), np.uint8), 1.0, (0, 0), BOX, presence), S, 320
+        box, SoftMask(np.zeros((2, 2), np.uint8), 1.0, (0, 0), box, presence), S, 320
     )
+
+
+def test_a_faint_mask_speaks_against_somebody_tall_only() -> None:
+    (each,), _ = follow([], seen(BOX), S, 320, rests)
+    small, tall = (drawn(each, 0.0, box).existence for box in (Box(10, 10, 16, 40), BOX))
+    assert tall.log_odds(S) < each.existence.log_odds(S) < small.log_odds(S)
 
 
 @pytest.mark.parametrize(
