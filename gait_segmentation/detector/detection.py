@@ -64,9 +64,18 @@ class SoftMask:
 
         :param mask: (h, w) uint8 of a window of the image made larger by ``scale``.
         """
-        both = count_likely(cv2.min(self.drawn(window, scale, (0.0, 0.0)), mask))
-        own = count_likely(self.values) * (scale / self.scale) ** 2
+        both, own = self._common(mask, window, scale)
         return both / max(own + count_likely(mask) - both, 1.0)
+
+    def share_on(self, mask: NDArray[np.uint8], window: Window, scale: float) -> float:
+        """Return the share of it that lies on another mask; see :meth:`iou`."""
+        both, own = self._common(mask, window, scale)
+        return both / max(own, 1.0)
+
+    def _common(self, mask: NDArray[np.uint8], window: Window, scale: float) -> tuple[int, float]:
+        """Return the areas of what it and another mask have in common, and of its own."""
+        both = count_likely(cv2.min(self.drawn(window, scale, (0.0, 0.0)), mask))
+        return both, count_likely(self.values) * (scale / self.scale) ** 2
 
     def drawn(self, window: Window, scale: float, shift: tuple[float, float]) -> NDArray[np.uint8]:
         """
@@ -101,13 +110,15 @@ class Detection:
     A person in an image: a tight box in pixels of the image, and how sure that is (0..1).
 
     ``mask`` is what a network has drawn of them, None where none did; ``by_map`` says that they
-    are a region of a heat map.
+    are a region of a heat map, and ``contested`` that by its box it may be a part of somebody who
+    is tracked, or of them and others: then only a mask tells.
     """
 
     box: Box
     score: float
     mask: SoftMask | None = None
     by_map: bool = False
+    contested: bool = False
 
 
 def associate(

@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from gait_segmentation.detector.detection import PART, Detection, associate
 from gait_segmentation.detector.sources import Seen
@@ -71,7 +72,8 @@ def explain(tracks: Sequence[Track], seen: Seen) -> list[Detection]:
     """
     Give detections to tracks, each in the frame that they are of, and return those of others.
 
-    Of whom a detector looked for and did not see, that is taken in as well.
+    Of whom a detector looked for and did not see, that is taken in as well.  Those whose boxes do
+    not tell whether they are somebody else are contested.
     """
     if seen.people is None:
         return []
@@ -90,9 +92,11 @@ def explain(tracks: Sequence[Track], seen: Seen) -> list[Detection]:
             [expected[track]], seen.people
         ):
             track.overlook()
-    sure = [each for each in _free(seen.people, pairs) if each.score >= _FOUND_AGAIN]
+    free = _free(seen.people, pairs)
+    sure = [each for each in free if each.score >= _FOUND_AGAIN]
     for track in lost:
         if associate([expected[track]], sure):
             track.resume()
     there = [[*boxes, box] for boxes, box in zip(bodies, before, strict=True)]
-    return unexplained(seen.people, pairs, there)
+    new = unexplained(seen.people, pairs, there)
+    return [*new, *(replace(each, contested=True) for each in free if each not in new)]

@@ -58,6 +58,9 @@ _MOVES = 0.01
 _UNLIKE = 0.9
 """Similarity of the colours below which they are not those of who moved: people change little."""
 
+_AS_USUAL = 0.85
+"""Similarity of the colours from which they are surely those of the person alone."""
+
 _MASK_MARGIN = 0.02
 """How far a mask may be off, in body heights: so far about it no background is learnt."""
 
@@ -170,13 +173,16 @@ class FusionTrack(Track):
         super().take_mask(mask, box)
         if mask is None:
             return
+        if self.existence.motion < 1:
+            share = box.height / max(self.view.source)
+            self.existence = self.existence.drawn(mask.presence, share)
+        if mask.box is not None and not (mask.fits(box) or self.is_on(mask)):
+            # Somebody comes near of whom nothing is known yet.
+            return
         now = self.history.states[-1]
         self._drawn, self._outlined = (mask, now), True
         if self.sighting.newest != now.place:
             self._see_in(mask.box if mask.box and mask.fits(box) else box, now.place)
-        if self.existence.motion < 1:
-            share = box.height / max(self.view.source)
-            self.existence = self.existence.drawn(mask.presence, share)
         if self.existence.moved_ns is None:
             self._uncover(mask)
 
@@ -343,6 +349,8 @@ class FusionTrack(Track):
         if config.use_tilt:
             self.pose = self.pose.tilted(mask)
         self.appearance.add(self._signature(mask, frame, self.window))
+        if self.appearance.similarity(self.appearance.last) >= _AS_USUAL:
+            self.usual_ns = frame.image.stamp_ns
         if self.pose.share_inside(mask.shape) > ALONE:
             self.full = self.mask
 

@@ -13,6 +13,7 @@ from gait_segmentation.geometry import Box
 from gait_segmentation.results import LOST, TRACKED
 from gait_segmentation.scene.scene import Regions, Scene, View
 from gait_segmentation.tracking.pose import WIDEST_BODY
+from gait_segmentation.tracking.reidentification import found_in
 from gait_segmentation.tracking.tentative import Tentative, follow
 from gait_segmentation.tracking.track import Track
 
@@ -123,15 +124,14 @@ class People:
         """
         Return whether anybody is lost or was not seen at the last look, or nobody is there.
 
-        :param others: whether others may begin: who may be new is missing as well, and people who
-            are near each other may be taken for one another.
+        People who are near each other may be taken for one another.
+
+        :param others: whether others may begin: who may be new is missing as well.
         """
         if not self.published or self.doubted:
             return True
-        if not others:
-            return False
         near = any(_are_near(*pair) for pair in combinations(self.tracks, 2))
-        return near or bool(self.unsure(stamp_ns))
+        return near or (others and bool(self.unsure(stamp_ns)))
 
     def has_small(self, height: float, *, others: bool) -> bool:
         """Return whether anybody below a height, in source pixels, is there, or may come."""
@@ -216,6 +216,15 @@ class People:
             elif track.existence.evidence(stamp_ns) < 0:
                 self.tentative.append(Tentative.rejected_of(track, stamp_ns))
         self.tracks = alive
+
+    def reunite(self) -> None:
+        """Let who is lost go on as the track that has found them without a slot."""
+        for lost in self.lost:
+            others = [each for each in self.tracked if each.slot is None]
+            found = found_in(lost, others)
+            if found is not None:
+                self.tracks.remove(lost)
+                found.succeed(lost)
 
     def number(self, stamp_ns: int) -> None:
         """Give slots to people who are followed without one, the tallest first."""

@@ -203,6 +203,22 @@ def recognized(lost: Sequence[Track], view: View, start: FirstMask) -> Track | N
     return track if similarity >= SAME_COLOURS else None
 
 
+def found_in(lost: Track, others: Sequence[Track]) -> Track | None:
+    """
+    Return who of those who are tracked without a slot is the one who is lost, if any.
+
+    Somebody who passes may take along the track of a person, who is then begun anew.  Who was
+    found while the one who is lost looked as usual is somebody else.
+    """
+    alike = [
+        (lost.likeness(other) + _by_place(other.body, lost), other)
+        for other in others
+        if other.view is lost.view and other.existence.found_ns >= lost.usual_ns
+    ]
+    likeness, found = max(alike, key=itemgetter(0), default=(0.0, None))
+    return found if likeness >= SAME_COLOURS else None
+
+
 def _by_place(place: Box, lost: Track) -> float:
     """Return how much less alike a lost person may look in a place, below 0: has to look more."""
     last = lost.body

@@ -53,6 +53,9 @@ the score from which its boxes are exact enough to tell.
 _PART_NS = 300_000_000
 """Time for which all looks have to see that: single ones take in a desk, or a passer."""
 
+_ON = 0.5
+"""Share of a mask on a person from which it shows no one else."""
+
 WHOLE = 0.75
 """Share of a person from which all of them is seen, and so followed."""
 
@@ -97,6 +100,9 @@ class Track(ABC):
         self.existence = existence or Existence(view.now.image.stamp_ns, given=True)
         self.history = History(view.now)
         self.seen, self.unoccluded = 1.0, True
+        self.usual_ns = view.now.image.stamp_ns
+        """Stamp of the last frame in which they surely looked as usual."""
+
         self.lost_s, self.unseen_frames, self.found = 0.0, 0, False
         self._box: Box | None = None
         self._part_since_ns = 0
@@ -195,6 +201,12 @@ class Track(ABC):
     appearance: Appearance | None = None
     """What they look like, if that is known."""
 
+    def likeness(self, other: Track) -> float:
+        """Return how alike (0..1) another track looks to what is known of this one."""
+        if self.appearance is None or other.appearance is None:
+            return 0.0
+        return self.appearance.similarity(other.appearance.last)
+
     masked_ns = 0
     """Stamp of the frame in which a network has drawn them last, 0 for none."""
 
@@ -219,6 +231,12 @@ class Track(ABC):
         """
         self.masked_ns = self.view.now.image.stamp_ns
 
+    def is_on(self, mask: SoftMask) -> bool:
+        """Return whether most of what a network has drawn lies where the person is expected."""
+        if self.is_outside:
+            return False
+        return mask.share_on(self.expected_mask(), self.window, self.view.scale) > _ON
+
     def drawn_now(self) -> SoftMask | None:
         """Return what a network has drawn of them in the newest frame, None if none did."""
         return None
@@ -230,6 +248,11 @@ class Track(ABC):
     def resume(self) -> None:
         """Take in that a person is seen where they were expected."""
         self.existence = self.existence.seen_again()
+
+    def succeed(self, lost: Track) -> None:
+        """Go on as a track that was lost, which was the same person."""
+        self.track_id, self.slot = lost.track_id, lost.slot
+        self.existence = lost.existence.seen_again()
 
     def publish(self, slot: int | None) -> None:
         """Give a slot to somebody who was followed without one, or take it from them: None."""

@@ -22,6 +22,7 @@ from gait_segmentation.scene.ego_motion import WorldMotion
 from gait_segmentation.tracking.existence import Existence
 from gait_segmentation.tracking.people import People
 from gait_segmentation.tracking.tentative import Tentative
+from gait_segmentation.tracking.track import Track
 from test.tracking.figures import BLUE, GREEN, RED, Figure, Told, ids, picture, walk, watched
 
 EVERY = DetectorConfig(calm_period=0.02, urgent_period=0.02)
@@ -115,6 +116,55 @@ def test_the_mask_of_one_person_is_evidence_for_them_alone() -> None:
         other = (shown[1 - own] > 0) & (figures[own].mask() == 0)
         assert (result.likelihood[other] > 127).mean() < 0.1
         assert (result.likelihood[shown[own] > 0] > 127).mean() > 0.8
+
+
+@pytest.mark.parametrize(('draws', 'both'), [(True, True), (False, False)])
+def test_who_steps_in_front_is_somebody_else_if_masks_tell_it(draws: bool, both: bool) -> None:
+    # Who strides reaches over all of who stays.
+    figures = [Figure(120, RED, y=86)]
+    networks = Networks(
+        lambda image: [Detection(each.box, 0.9) for each in figures],
+        Masks(figures) if draws else None,
+    )
+    told = Told(2, scheduler=DetectorScheduler(EVERY, networks))
+    told.show(*figures)
+    figures.append(Figure(98, GREEN, stride=0.32))
+    for _ in range(3):
+        results = told.show(*figures)
+    assert figures[0].box.common_share(figures[1].box) > 0.8
+    assert (len(set(ids(results)) - {0}) == 2) == both
+
+
+def test_a_mask_of_who_comes_near_is_not_theirs() -> None:
+    stays, comes = Figure(120, RED), Figure(160, RED)
+    masks = Masks([stays])
+    networks = Networks(lambda image: [], masks)
+    told = Told(1, scheduler=DetectorScheduler(EVERY, networks))
+    told.start(stays)
+    for _ in range(4):
+        told.show(stays)
+    for shown in stays, comes:
+        masks.figures[:] = [shown]
+        told.show(stays, comes)
+        (track,) = told.tracker.tracks()
+        assert (track.drawn_now() is not None) == (shown is stays)
+
+
+def test_a_mask_is_on_a_person_if_most_of_it_is_and_on_nobody_outside() -> None:
+    figure = Figure(120)
+    told = Told()
+    told.start(figure)
+    told.show(figure)
+    (track,) = told.tracker.tracks()
+
+    def is_on(*figures: Figure) -> bool:
+        both = np.maximum.reduce([each.mask() for each in figures])
+        return track.is_on(SoftMask(both, 1.0, (0.0, 0.0), Box(0, 0, 320, 180)))
+
+    assert [is_on(figure), is_on(figure, Figure(160, height=80)), is_on(Figure(150))] == [1, 1, 0]
+    track.shift(400, 0)
+    assert track.is_outside
+    assert not is_on(figure)
 
 
 def test_who_is_new_is_drawn_before_who_is_known() -> None:
@@ -324,3 +374,34 @@ def test_while_there_is_room_it_is_unsure_who_may_begin_the_likeliest_first(slot
     ]
     people = People(slots, [Mock(slot=0)], tentative)
     assert [box.x for box in people.unsure(1)] == ([] if slots == 1 else [50, 0])
+
+
+@pytest.mark.parametrize(
+    ('changed', 'same'),
+    [
+        ({}, True),
+        ({'likeness': 0.4}, False),
+        ({'began_s': 3.0}, False),
+        ({'height': 40}, False),
+        ({'slot': 1}, False),
+        ({'state': 'lost'}, False),
+    ],
+    ids=['alike', 'otherwise', 'there before', 'of another height', 'with a slot', 'lost'],
+)
+def test_who_lost_their_track_to_a_passer_has_it_again(
+    changed: dict[str, Any], same: bool
+) -> None:
+    about = {'likeness': 0.8, 'began_s': 3.5, 'height': 100, 'slot': None, 'state': 'tracked'}
+    about |= changed
+    body, view = Box(50, 10, 40, 100), object()
+    lost = Mock(track_id=1, slot=0, state='lost', lost_s=1.0, body=body, view=view, reach=6.5)
+    lost.usual_ns = 3_500_000_000
+    lost.likeness.return_value = about['likeness']
+    other = Mock(track_id=2, slot=about['slot'], state=about['state'], view=view)
+    other.existence = Existence(round(1e9 * about['began_s']))
+    other.body = Box(110, 10, 40, about['height'])
+    other.succeed = partial(Track.succeed, other)
+    people = People(2, [lost, other])
+    people.reunite()
+    assert (people.tracks == [other]) == same
+    assert (other.track_id, other.slot) == ((1, 0) if same else (2, about['slot']))
