@@ -18,6 +18,9 @@ from gait_segmentation.kernels import kernel
 SAME_COLOURS = 0.65
 """Least similarity of the colours of the same person."""
 
+SURELY_SAME = 0.85
+"""Similarity of the colours from which they are surely those of the person, and of no one else."""
+
 _TRUNK_FROM, _LEGS_FROM = 0.16, 0.52
 """Where down the body trunk and legs begin."""
 

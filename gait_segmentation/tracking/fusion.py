@@ -24,7 +24,12 @@ from gait_segmentation.images import (
 from gait_segmentation.results import LOST, TRACKED, Feedback
 from gait_segmentation.scene.scene import MOST_KEPT, Frame, View
 from gait_segmentation.starting import FirstMask
-from gait_segmentation.tracking.appearance import Appearance, colour_signature, similarity
+from gait_segmentation.tracking.appearance import (
+    SURELY_SAME,
+    Appearance,
+    colour_signature,
+    similarity,
+)
 from gait_segmentation.tracking.config import TrackingConfig
 from gait_segmentation.tracking.cues import CueInput
 from gait_segmentation.tracking.cues.heat_map import HeatMapCue
@@ -57,9 +62,6 @@ _MOVES = 0.01
 
 _UNLIKE = 0.9
 """Similarity of the colours below which they are not those of who moved: people change little."""
-
-_AS_USUAL = 0.85
-"""Similarity of the colours from which they are surely those of the person alone."""
 
 _MASK_MARGIN = 0.02
 """How far a mask may be off, in body heights: so far about it no background is learnt."""
@@ -349,7 +351,7 @@ class FusionTrack(Track):
         if config.use_tilt:
             self.pose = self.pose.tilted(mask)
         self.appearance.add(self._signature(mask, frame, self.window))
-        if self.appearance.similarity(self.appearance.last) >= _AS_USUAL:
+        if self.appearance.similarity(self.appearance.last) >= SURELY_SAME:
             self.usual_ns = frame.image.stamp_ns
         if self.pose.share_inside(mask.shape) > ALONE:
             self.full = self.mask

@@ -20,7 +20,7 @@ from gait_segmentation.geometry import REACH, Box
 from gait_segmentation.images import bounding_box, placed
 from gait_segmentation.scene.scene import Shift, View
 from gait_segmentation.starting import FirstMask
-from gait_segmentation.tracking.appearance import SAME_COLOURS
+from gait_segmentation.tracking.appearance import SAME_COLOURS, SURELY_SAME
 from gait_segmentation.tracking.likelihood import likelihood_image, place_shown
 from gait_segmentation.tracking.pixels import ALONE, LEAST_SEEN, PixelClaim, Visibility
 from gait_segmentation.tracking.state import Silhouette
@@ -211,12 +211,14 @@ def found_in(lost: Track, others: Sequence[Track]) -> Track | None:
     found while the one who is lost looked as usual is somebody else.
     """
     alike = [
-        (lost.likeness(other) + _by_place(other.body, lost), other)
+        (lost.likeness(other), other)
         for other in others
-        if other.view is lost.view and other.existence.found_ns >= lost.usual_ns
+        if other.view is lost.view
+        and other.existence.found_ns >= lost.usual_ns
+        and math.isfinite(_by_place(other.body, lost))
     ]
     likeness, found = max(alike, key=itemgetter(0), default=(0.0, None))
-    return found if likeness >= SAME_COLOURS else None
+    return found if likeness >= SURELY_SAME else None
 
 
 def _by_place(place: Box, lost: Track) -> float:

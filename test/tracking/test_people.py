@@ -380,7 +380,7 @@ def test_while_there_is_room_it_is_unsure_who_may_begin_the_likeliest_first(slot
     ('changed', 'same'),
     [
         ({}, True),
-        ({'likeness': 0.4}, False),
+        ({'likeness': 0.8}, False),
         ({'began_s': 3.0}, False),
         ({'height': 40}, False),
         ({'slot': 1}, False),
@@ -391,7 +391,7 @@ def test_while_there_is_room_it_is_unsure_who_may_begin_the_likeliest_first(slot
 def test_who_lost_their_track_to_a_passer_has_it_again(
     changed: dict[str, Any], same: bool
 ) -> None:
-    about = {'likeness': 0.8, 'began_s': 3.5, 'height': 100, 'slot': None, 'state': 'tracked'}
+    about = {'likeness': 0.9, 'began_s': 3.5, 'height': 100, 'slot': None, 'state': 'tracked'}
     about |= changed
     body, view = Box(50, 10, 40, 100), object()
     lost = Mock(track_id=1, slot=0, state='lost', lost_s=1.0, body=body, view=view, reach=6.5)
