@@ -124,14 +124,15 @@ class People:
         """
         Return whether anybody is lost or was not seen at the last look, or nobody is there.
 
-        People who are near each other may be taken for one another.
-
-        :param others: whether others may begin: who may be new is missing as well.
+        :param others: whether others may begin: who may be new is missing as well, and people who
+            are near each other may be taken for one another.
         """
         if not self.published or self.doubted:
             return True
+        if not others:
+            return False
         near = any(_are_near(*pair) for pair in combinations(self.tracks, 2))
-        return near or (others and bool(self.unsure(stamp_ns)))
+        return near or bool(self.unsure(stamp_ns))
 
     def has_small(self, height: float, *, others: bool) -> bool:
         """Return whether anybody below a height, in source pixels, is there, or may come."""
