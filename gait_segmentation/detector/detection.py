@@ -110,15 +110,13 @@ class Detection:
     A person in an image: a tight box in pixels of the image, and how sure that is (0..1).
 
     ``mask`` is what a network has drawn of them, None where none did; ``by_map`` says that they
-    are a region of a heat map, and ``contested`` that by its box it may be a part of somebody who
-    is tracked, or of them and others: then only a mask tells.
+    are a region of a heat map.
     """
 
     box: Box
     score: float
     mask: SoftMask | None = None
     by_map: bool = False
-    contested: bool = False
 
 
 def associate(

@@ -119,11 +119,6 @@ class DetectorScheduler:
         """Return the networks; with threads None until one of them has loaded them."""
         return self._open() if self.pools is None else self._networks
 
-    @property
-    def draws(self) -> bool:
-        """Return whether people are drawn, as soon as the networks are loaded."""
-        return self._networks is not None and self._networks.masks is not None
-
     def look(
         self,
         image: NDArray[np.uint8],

@@ -52,11 +52,6 @@ class Sources:
         self._shapes = BodyShapes(bank)
         self.reset()
 
-    @property
-    def draws(self) -> bool:
-        """Return whether there is a network that draws people."""
-        return self._scheduler.draws
-
     def reset(self, *, waiting: bool = True) -> None:
         """Look at another film; ``waiting`` says whether to forget the maps that wait, too."""
         self._scheduler.reset()

@@ -5,7 +5,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from gait_segmentation.detector.detection import PART, Detection, associate
 from gait_segmentation.detector.sources import Seen
@@ -72,8 +71,7 @@ def explain(tracks: Sequence[Track], seen: Seen) -> list[Detection]:
     """
     Give detections to tracks, each in the frame that they are of, and return those of others.
 
-    Of whom a detector looked for and did not see, that is taken in as well.  Those whose boxes do
-    not tell whether they are somebody else are contested.
+    Of whom a detector looked for and did not see, that is taken in as well.
     """
     if seen.people is None:
         return []
@@ -92,11 +90,9 @@ def explain(tracks: Sequence[Track], seen: Seen) -> list[Detection]:
             [expected[track]], seen.people
         ):
             track.overlook()
-    free = _free(seen.people, pairs)
-    sure = [each for each in free if each.score >= _FOUND_AGAIN]
+    sure = [each for each in _free(seen.people, pairs) if each.score >= _FOUND_AGAIN]
     for track in lost:
         if associate([expected[track]], sure):
             track.resume()
     there = [[*boxes, box] for boxes, box in zip(bodies, before, strict=True)]
-    new = unexplained(seen.people, pairs, there)
-    return [*new, *(replace(each, contested=True) for each in free if each not in new)]
+    return unexplained(seen.people, pairs, there)

@@ -84,9 +84,7 @@ class Beginner:
             begun = [
                 track for track in people.tracks if track.history.states[0].frame is track.view.now
             ]
-            if each.detection.contested:
-                left.append(each)
-            elif all(track.body.common_share(each.detection.box) <= PART for track in begun):
+            if all(track.body.common_share(each.detection.box) <= PART for track in begun):
                 left.append(self._begin_one(scene, people, each, given=given))
         people.wait(each for each in left if each is not None)
 

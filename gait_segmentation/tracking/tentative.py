@@ -73,27 +73,21 @@ class Tentative:
 
     def may_be(self, stamp_ns: int) -> bool:
         """Return whether it may soon be known to be a person."""
-        likely = self.existence.log_odds(stamp_ns) > _UNLIKELY
-        return likely and not self.rejected and not self.detection.contested
+        return not self.rejected and self.existence.log_odds(stamp_ns) > _UNLIKELY
 
     def is_to_be_drawn(self, stamp_ns: int) -> bool:
         """Return whether a mask is to tell whether it is a person, as who is taken for one."""
         seen = self.detection.score >= _DRAWN or self.existence.is_person(stamp_ns)
-        is_old = not self.drawn_ns or stamp_ns - self.drawn_ns >= _COMPARED_NS
-        return seen and (is_old or self.may_be(stamp_ns)) and not self.detection.by_map
+        due = self.may_be(stamp_ns) or stamp_ns - self.drawn_ns >= _COMPARED_NS
+        return seen and due and not self.detection.by_map
 
-    def drawn(
-        self, box: Box, mask: SoftMask, stamp_ns: int, longest: int, *, theirs: bool
-    ) -> Tentative:
+    def drawn(self, box: Box, mask: SoftMask, stamp_ns: int, longest: int) -> Tentative:
         """
         Take in a mask of who was detected last, and the box in the frame of that.
 
         :param longest: the longer side of the image.
-        :param theirs: whether it shows somebody in the box, and nobody who is tracked.
         """
-        if self.detection.contested and not theirs:
-            return replace(self, drawn_ns=stamp_ns)
-        detection = replace(self.detection, box=box, mask=mask, contested=False)
+        detection = replace(self.detection, box=box, mask=mask)
         existence = self.existence.drawn(mask.presence, box.height / longest)
         return replace(self, detection=detection, existence=existence, drawn_ns=stamp_ns)
 

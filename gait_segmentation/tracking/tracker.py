@@ -185,8 +185,7 @@ class PeopleTracker:
         masks = draw(given)
         found = people.follow(new, seen.stamp_ns, seen.by_map, scene, self._beginner.moves)
         late = seen.stamp_ns < stamp_ns
-        tracked, longest = people.tracked, max(scene.source)
-        found = draw_new(draw, found, tracked, stamp_ns, longest, late=late)
+        found = draw_new(draw, found, stamp_ns, max(scene.source), late=late)
         draw_known(draw, people.tracked, stamp_ns)
         self._beginner.remember(scene, people, wanted=not (at_first or self._is_given))
         self._beginner.begin_anew(scene, people)
@@ -286,8 +285,6 @@ class PeopleTracker:
         least = self.starting.least_height * max(scene.source)
         others = [each for each in explain(self._people.tracks, seen) if each.box.height >= least]
         is_old = self._stamp_ns - seen.stamp_ns > _NEW_NS
-        if not self._sources.draws:
-            others = [each for each in others if not each.contested]
         return [] if is_old else sorted(others, key=lambda each: -each.score)
 
     def _observe(self, scene: Scene) -> dict[int, NDArray[np.uint8]]:

@@ -1,6 +1,5 @@
 # SPDX-FileCopyrightText: The gait_segmentation contributors
 # SPDX-License-Identifier: GPL-3.0-or-later
-from dataclasses import replace
 from unittest.mock import Mock
 
 import pytest
@@ -94,24 +93,6 @@ def test_a_detection_is_of_whom_it_fits_not_of_who_was_seen_there_last() -> None
     seen = detected(beside, OWN.shifted(2, 0))
     assert explain([track], Seen(5, tuple(seen))) == seen[:1]
     track.see.assert_called_once_with(seen[1], 5)
-
-
-@pytest.mark.parametrize(
-    ('box', 'contested'),
-    [
-        (OWN.shifted(24, 0), False),
-        (Box(52, 50, 36, 50), True),
-        (OWN.padded(30, 10), True),
-    ],
-    ids=['beside', 'a part', 'about more'],
-)
-def test_whether_a_part_of_somebody_or_more_than_them_is_somebody_else_is_contested(
-    box: Box, contested: bool
-) -> None:
-    track = Mock(state='tracked', boxes_at=lambda _: (OWN,), detected_in=lambda _: OWN)
-    other = Detection(box, 0.9)
-    new = explain([track], Seen(5, (*detected(OWN), other)))
-    assert new == [replace(other, contested=contested)]
 
 
 def test_who_was_drawn_away_is_given_the_detection_where_they_were_seen_last() -> None:

@@ -3,7 +3,6 @@
 from unittest.mock import Mock
 
 import numpy as np
-import pytest
 
 from gait_segmentation.detector.detection import Detection, SoftMask
 from gait_segmentation.geometry import Box
@@ -30,11 +29,11 @@ def test_who_has_no_mask_yet_is_drawn_first_and_then_who_is_likelier() -> None:
 
     seen = [Detection(box, score) for box, score in zip(BOXES, (0.9, 0.5, 0.6), strict=True)]
     found, _ = follow([], seen, S, 320, lambda box: False)
-    drawn = draw_new(draw, found, [], S, 320, late=False)
+    drawn = draw_new(draw, found, S, 320, late=False)
     assert asked == [BOXES[0], BOXES[2], BOXES[1]]
     assert [each.existence.present for each in drawn] == [2.5, None, None]
     asked.clear()
-    draw_new(draw, drawn, [], S + 1, 320, late=False)
+    draw_new(draw, drawn, S + 1, 320, late=False)
     assert asked == [BOXES[2], BOXES[1], BOXES[0]]
 
 
@@ -54,29 +53,11 @@ def test_who_was_detected_late_begins_only_where_a_second_mask_shows_them() -> N
             return [SoftMask(values, 1.0, (0, 0), box, 5.0)]
 
         found, _ = follow([], [Detection(BOXES[0], 0.9)], S, 320, lambda box: False)
-        return [each.detection.box for each in draw_new(draw, found, [], S, 320, late=True)]
+        return [each.detection.box for each in draw_new(draw, found, S, 320, late=True)]
 
     assert draws(gone_on, gone_on) == [gone_on]
     assert drawn_in == [BOXES[0], gone_on]
     assert draws(gone_on, other) == []
-
-
-@pytest.mark.parametrize(
-    ('part', 'contested'),
-    [(np.s_[10:110, 110:150], False), (np.s_[10:110, 210:250], True), (np.s_[:0, :0], True)],
-    ids=['somebody there', 'somebody else', 'nobody'],
-)
-@pytest.mark.parametrize('on', [False, True])
-def test_who_is_contested_is_somebody_if_a_mask_shows_them_and_nobody_who_is_tracked(
-    part, contested: bool, on: bool
-) -> None:
-    found, _ = follow([], [Detection(BOXES[1], 0.9, contested=True)], S, 340, lambda box: False)
-    track = Mock(is_on=lambda mask: on)
-    (drawn,) = draw_new(
-        lambda boxes: [mask_of(part)] * len(boxes), found, [track], S, 340, late=False
-    )
-    assert drawn.detection.contested == (contested or on)
-    assert found[0].may_be(S) is False
 
 
 def test_whose_last_mask_is_oldest_is_drawn_first_and_those_without_a_slot_half_as_often() -> None:

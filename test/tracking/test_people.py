@@ -118,23 +118,6 @@ def test_the_mask_of_one_person_is_evidence_for_them_alone() -> None:
         assert (result.likelihood[shown[own] > 0] > 127).mean() > 0.8
 
 
-@pytest.mark.parametrize(('draws', 'both'), [(True, True), (False, False)])
-def test_who_steps_in_front_is_somebody_else_if_masks_tell_it(draws: bool, both: bool) -> None:
-    # Who strides reaches over all of who stays.
-    figures = [Figure(120, RED, y=86)]
-    networks = Networks(
-        lambda image: [Detection(each.box, 0.9) for each in figures],
-        Masks(figures) if draws else None,
-    )
-    told = Told(2, scheduler=DetectorScheduler(EVERY, networks))
-    told.show(*figures)
-    figures.append(Figure(98, GREEN, stride=0.32))
-    for _ in range(3):
-        results = told.show(*figures)
-    assert figures[0].box.common_share(figures[1].box) > 0.8
-    assert (len(set(ids(results)) - {0}) == 2) == both
-
-
 def test_a_mask_of_who_comes_near_is_not_theirs() -> None:
     stays, comes = Figure(120, RED), Figure(160, RED)
     masks = Masks([stays])

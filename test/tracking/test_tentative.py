@@ -66,7 +66,7 @@ def test_who_was_compared_is_compared_again_after_a_while() -> None:
 
 def drawn(each: Tentative, presence: float, box: Box = BOX) -> Tentative:
     return each.drawn(
-        box, SoftMask(np.zeros((2, 2), np.uint8), 1.0, (0, 0), box, presence), S, 320, theirs=True
+        box, SoftMask(np.zeros((2, 2), np.uint8), 1.0, (0, 0), box, presence), S, 320
     )
 
 
