@@ -74,7 +74,8 @@ class SoftMask:
 
     def _common(self, mask: NDArray[np.uint8], window: Window, scale: float) -> tuple[int, float]:
         """Return the areas of what it and another mask have in common, and of its own."""
-        both = count_likely(cv2.min(self.drawn(window, scale, (0.0, 0.0)), mask))
+        # Unlike OpenCV's, of a window outside of the image, too.
+        both = count_likely(np.minimum(self.drawn(window, scale, (0.0, 0.0)), mask))
         return both, count_likely(self.values) * (scale / self.scale) ** 2
 
     def drawn(self, window: Window, scale: float, shift: tuple[float, float]) -> NDArray[np.uint8]:

@@ -178,13 +178,14 @@ class FusionTrack(Track):
         if self.existence.motion < 1:
             share = box.height / max(self.view.source)
             self.existence = self.existence.drawn(mask.presence, share)
-        if mask.box is not None and not (mask.fits(box) or self.is_on(mask)):
+        shown = mask.box if mask.fits(box) else None
+        if shown is None and mask.box is not None and not self.is_on(mask):
             # Somebody comes near of whom nothing is known yet.
             return
         now = self.history.states[-1]
         self._drawn, self._outlined = (mask, now), True
         if self.sighting.newest != now.place:
-            self._see_in(mask.box if mask.box and mask.fits(box) else box, now.place)
+            self._see_in(shown or box, now.place)
         if self.existence.moved_ns is None:
             self._uncover(mask)
 

@@ -215,17 +215,22 @@ def found_in(lost: Track, others: Sequence[Track]) -> Track | None:
         for other in others
         if other.view is lost.view
         and other.existence.found_ns >= lost.usual_ns
-        and math.isfinite(_by_place(other.body, lost))
+        and _may_be_of(other.body.height, lost)
     ]
     likeness, found = max(alike, key=itemgetter(0), default=(0.0, None))
     return found if likeness >= SURELY_SAME else None
 
 
+def _may_be_of(height: float, lost: Track) -> bool:
+    """Return whether a lost person may be of a height by now, in source pixels."""
+    return abs(math.log(height / lost.body.height)) <= _MOST_GROWN * (1 + lost.lost_s)
+
+
 def _by_place(place: Box, lost: Track) -> float:
     """Return how much less alike a lost person may look in a place, below 0: has to look more."""
-    last = lost.body
-    if abs(math.log(place.height / last.height)) > _MOST_GROWN * (1 + lost.lost_s):
+    if not _may_be_of(place.height, lost):
         return -math.inf
+    last = lost.body
     away = math.hypot(place.center_x - last.center_x, place.center_y - last.center_y)
     heights = away / last.height
     if heights <= lost.reach:

@@ -233,8 +233,6 @@ class Track(ABC):
 
     def is_on(self, mask: SoftMask) -> bool:
         """Return whether most of what a network has drawn lies where the person is expected."""
-        if self.is_outside:
-            return False
         return mask.share_on(self.expected_mask(), self.window, self.view.scale) > _ON
 
     def drawn_now(self) -> SoftMask | None:
